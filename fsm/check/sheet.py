@@ -12,7 +12,7 @@ from fsm.builders.patterns.foldability import foldability
 from fsm.builders.patterns.of_sheet import pattern_of
 from fsm.builders.patterns.places import place_of
 from fsm.builders.sheet.reach import taut_travels
-from fsm.builders.sheet.sheet import rigid_factor
+from fsm.builders.sheet.sheet import has_loops, rigid_factor
 from fsm.builders.sheet.sheet_bars import bar_areas
 from fsm.builders.sheet.sheet_joints import sheet_joints
 from fsm.case.models.case import Case
@@ -67,7 +67,11 @@ def sheet_lines(view: CheckContext) -> Iterator[str]:
     if sheet.facets == "bars":
         yield from _bar_lines(case, pattern)
     else:
-        yield f"rigid joints are springs, {rigid_factor(case, pattern):.0e} times as stiff as the stiffest crease"
+        times = f"{rigid_factor(case, pattern):.0e} times as stiff as the stiffest crease"
+        yield f"rigid joints are springs, {times}" if not has_loops(pattern) else (
+            f"rigid joints do not deform in statics, except near a flat state, where motions across the joints meet hardly "
+            f"any resistance; there, in motions and in natural modes they are springs, {times}"
+        )
 
 
 def _foldability_lines(pattern: Pattern, bends: bool) -> Iterator[str]:

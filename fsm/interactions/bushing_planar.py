@@ -19,6 +19,10 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_quarters_planar
 
 _REST, _STIFFNESS, _DAMPING = 7, 10, 13
+COLUMNS_PLANAR = _REST, _STIFFNESS
+"""First columns of x0 and of k."""
+LOCKED = 2
+"""Value of `structural` of elements whose translations are locked: multipliers shift their x0 from 0."""
 
 
 def pose_constants_planar(
@@ -300,11 +304,11 @@ def widest_pose_planar(
             continue
         row = constants[i]
         _, _, _, _, z1, z3, _, _, _, _, _ = _measure(poses, poses, turns, bodies[i, 0], bodies[i, 1], row)
-        square = 0.0
+        square, shifted = 0.0, 0.0 if structural[i] == LOCKED else 1.0
         if row[_STIFFNESS] > 0.0:
-            square += (z1 - row[4] - row[_REST]) ** 2
+            square += (z1 - row[4] - shifted * row[_REST]) ** 2
         if row[_STIFFNESS + 1] > 0.0:
-            square += (z3 - row[5] - row[_REST + 1]) ** 2
+            square += (z3 - row[5] - shifted * row[_REST + 1]) ** 2
         if square > widest:
             worst, widest = i, square
     return worst, np.sqrt(widest)

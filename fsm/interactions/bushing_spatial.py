@@ -31,6 +31,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsm.interactions.bushing_planar import LOCKED
 from fsm.interactions.swing_twist import Slopes, curvature_matrix, swing_slopes, turn_curvature, turn_gradient, twist_slopes
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import rotate_by
@@ -54,6 +55,8 @@ from fsm.kernels.tensor import (
 )
 
 _OFFSET, _REST, _STIFFNESS, _DAMPING, _HALF_WAY, _EVEN = 14, 15, 21, 27, 33, 34
+COLUMNS_SPATIAL = _REST, _STIFFNESS
+"""First columns of x0 and of k."""
 
 
 def pose_constants_spatial(
@@ -540,10 +543,10 @@ def widest_pose_spatial(
             continue
         row = constants[i]
         _, _, _, _, z, _ = _place(poses, bodies[i, 0], bodies[i, 1], row)
-        square = 0.0
+        square, shifted = 0.0, 0.0 if structural[i] == LOCKED else 1.0
         for k in range(3):
             if row[_STIFFNESS + k] > 0.0:
-                square += (z[k] - row[3 + k] - row[_REST + k]) ** 2
+                square += (z[k] - row[3 + k] - shifted * row[_REST + k]) ** 2
         if square > widest:
             worst, widest = i, square
     return worst, np.sqrt(widest)

@@ -18,6 +18,7 @@ from fsm.builders.sheet.sheet_joints import sheet_joints
 from fsm.case.loading.load_case import load_case
 from fsm.case.models.case import Case
 from fsm.errors import CaseError, NotConverged
+from fsm.model.compile.compile import compile_scene
 from fsm.model.elements.actuators import ActuatorGroup
 from fsm.run.run_case import run_case
 from fsm.solve.equations.newton import equilibrium
@@ -68,16 +69,19 @@ def test_miura_of_other_shapes(
 
 
 def test_force_does_not_depend_on_the_rigid_joints(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The error of the flexibility is inverse to the stiffness of the joints, and small at the default."""
+    """Locked joints have no flexibility, whatever their stiffness; without multipliers, the error is inverse to it."""
     travel, changed = 0.3, ["sheet.columns=4", "sheet.rows=4", "save.every=0.1", "drive.0.travel=0.3"]
     exact = miura_force(travel, 4, 4, 2.0, 2.0, math.pi / 3.0, math.radians(15.0), 0.1)
-    errors = []
-    for factor in (1e4, 1e5, builder.RIGID):
+
+    def error(factor: float) -> float:
         monkeypatch.setattr(builder, "RIGID", factor)
-        run_case(load_case(CASE, changed), tmp_path / f"{factor:g}", progress=False)
-        errors.append(abs(curve(tmp_path / f"{factor:g}")[-1, 1] / exact - 1.0))
-    assert errors[0] > 9.0 * errors[1] and errors[0] < 1e-2
-    assert errors[2] < 1e-6
+        run_case(load_case(CASE, changed), tmp_path / "run", progress=False)
+        return float(abs(curve(tmp_path / "run")[-1, 1] / exact - 1.0))
+
+    assert error(1e5) < 1e-7 and error(builder.RIGID) < 1e-7
+    monkeypatch.setattr(builder, "_HINGE", ())
+    monkeypatch.setattr(builder, "DIRECTIONS", ())
+    assert 1e-4 < error(1e5) < 1e-2
 
 
 def zigzag_case(**changes: object) -> Case:
@@ -448,3 +452,11 @@ def test_a_long_chain_of_facets(tmp_path: Path) -> None:
         unknown = fsolve(equations, unknown, args=(part,), xtol=1e-12)
     assert np.abs(equations(unknown, 1.0)).max() < 1e-9
     assert summary["final_force"] == pytest.approx(unknown[-1], rel=1e-4)
+
+
+def test_locked_directions_need_a_stiffness() -> None:
+    scene = build_scene(zigzag_case())
+    joints = (element for element in scene.elements if element.kind == "joint")
+    elements = [element.model_copy(update={"locked": ("e1", "psi")}) for element in joints]
+    with pytest.raises(CaseError, match=r"scene\.elements\.0\.locked\.1: psi has no stiffness"):
+        compile_scene(scene.model_copy(update={"elements": tuple(elements)}))

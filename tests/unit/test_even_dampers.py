@@ -44,7 +44,7 @@ def joint(swing: float, seed: int, translations: float = 1.0) -> tuple[BushingGr
     stiffness[0, :3], damping[0, :3] = translations * rng.uniform(1, 5, (2, 3))
     group = BushingGroup(
         BODIES, geometry, np.zeros((1, 6)), stiffness, damping,
-        np.zeros(1, dtype=np.int64), np.ones(1), ("ball",), np.zeros(1, dtype=bool),
+        np.zeros(1, dtype=np.int64), np.ones(1), ("ball",), np.zeros(1, dtype=bool), np.zeros((1, 6), dtype=bool),
     )  # fmt: skip
     return group, poses, rng.normal(size=(2, 6))
 

@@ -64,7 +64,7 @@ def random_group(spatial: bool, missing: str, rng: np.random.Generator, size: fl
         damping[2, n // 2 :] = stiffness[2, n // 2 :] = 0.0  # translations only
     return BushingGroup(
         BODIES, geometry, rest, stiffness, damping, np.zeros(m, dtype=np.int64), np.ones(1),
-        tuple(f"element {k}" for k in range(m)), np.ones(m, dtype=bool),
+        tuple(f"element {k}" for k in range(m)), np.ones(m, dtype=bool), np.zeros((m, n), dtype=bool),
     )  # fmt: skip
 
 

@@ -22,31 +22,24 @@ from fsm.case.models.case import Case
 from fsm.case.models.flexible_facets import SHEET
 from fsm.case.models.loads import Drive
 from fsm.case.models.materials import SplineCrease
-from fsm.case.models.scene import GROUND, Body, ContactPair, ForceElement, Plate, PlateGroup, Scene
+from fsm.case.models.scene import DIRECTIONS, GROUND, Body, ContactPair, ForceElement, Plate, PlateGroup, Scene
 from fsm.case.models.sheet import Sheet
 from fsm.case.models.time_program import Ramp
 from fsm.case.pattern_files.pattern import Pattern
 from fsm.errors import CaseError, Fault
 
-RIGID = 3e8
+_HINGE = tuple(name for name in DIRECTIONS if name != "psi")
+"""Locked directions of a crease."""
+RIGID = 1e7
 """Stiffness of the joints of rigid facets, relative to the stiffest crease k: k over its length squared in translation, k
-in rotation across the crease. The flexibility of the joints causes an error of the force in inverse proportion to this
-factor; round-off causes an error in proportion to it. docs/sheets.md lists both errors for a Miura sheet."""
+in rotation across the crease. In statics the joints are locked, and this is their penalty: round-off of the forces is
+proportional to it. In natural modes the flexibility of the joints causes an error in inverse proportion to it."""
 
 
 RIGID_OF_FOLDING = 1e6
-"""`RIGID` for a sheet that folds itself. Softer joints cause less round-off, which can hide the sign of a small
-pivot."""
-
-
-RIGID_OF_CHAIN = 1e6
-"""Value that replaces `RIGID` for a sheet without loops of facets. The joints of a chain of facets do not act against each
-other, and a long chain is soft as a whole; the round-off of stiff joints could exceed the forces in the chain."""
-
-
-RIGID_OF_BEND_LINES = 1e7
-"""`RIGID` with bend lines, which are usually several times as stiff as the creases: under a small load the round-off of
-stiffer joints exceeds the forces."""
+"""`RIGID` of a sheet that folds itself, and of a sheet without loops of facets. Softer joints cause less round-off, which
+can hide the sign of a small pivot; the joints of a chain of facets do not act against each other, and a long chain is soft
+as a whole."""
 
 
 RIGID_OF_MOTION = 1e5
@@ -57,12 +50,15 @@ def rigid_factor(case: Case, pattern: Pattern) -> float:
     """Stiffness of rigid joints relative to the stiffest crease."""
     if is_motion(case):
         return RIGID_OF_MOTION
-    joints = int((pattern.edge_faces >= 0).all(axis=1).sum())
-    if joints < len(pattern.faces):
-        return RIGID_OF_CHAIN
-    if case.sheet is not None and case.sheet.fold_to is not None:
-        return RIGID_OF_FOLDING
-    return RIGID_OF_BEND_LINES if case.sheet is not None and case.sheet.facets == "bend-lines" else RIGID
+    folds = case.sheet is not None and case.sheet.fold_to is not None
+    return RIGID if has_loops(pattern) and not folds else RIGID_OF_FOLDING
+
+
+def has_loops(pattern: Pattern) -> bool:
+    """Whether facets form loops. The joints of a chain of facets are springs also in statics: a free chain that becomes
+    straight stops suddenly, which only a spring resists gradually.
+    """
+    return int((pattern.edge_faces >= 0).all(axis=1).sum()) >= len(pattern.faces)
 
 
 def build_sheet(case: Case) -> Scene:
@@ -129,6 +125,9 @@ class _SheetBuilder:
             drives=tuple(drives),
             gravity=case.gravity,
         )
+        if not has_loops(self.pattern):
+            elements_of_chain = tuple(element.model_copy(update={"locked": ()}) for element in scene.elements)
+            scene = scene.model_copy(update={"elements": elements_of_chain})
         scene = scene.with_across_cuts(facets_across_cuts(self.pattern))
         return with_gas_of_panels(case, scene, self.pattern, frames, self._held_vertices(held))
 
@@ -208,6 +207,7 @@ class _SheetBuilder:
                 "initial_angle": angle, "rest_angle": rest_angle(self.case, pattern, joint, angle), "swing_axes": "outer",
                 "rest_turn": fold_turn(self.case, pattern, joint, angle), "rest_time": driven,
                 "crease": crease_of_length(crease, length) if measured else None,
+                "locked": DIRECTIONS if joint.kind == "rigid" else _HINGE,
                 "kind": "crease" if joint.kind == "crease" else "panel",
             }  # fmt: skip
             template = ForceElement(**element) if template is None else template.model_copy(update=element)
@@ -285,6 +285,7 @@ class _Attachment(NamedTuple):
                     axes_inner=tuple(inner.tolist()),
                     axes_outer=tuple(quaternions(turn[None])[0].tolist()),
                     translation=(stiffness[0], stiffness[1], stiffness[2]),
+                    locked=tuple(name for name, size in zip(DIRECTIONS, stiffness, strict=False) if size),
                     kind="joint" if body == GROUND else "drive",
                 )
             )

@@ -52,6 +52,9 @@ if TYPE_CHECKING:
     from fsm.case.models.touching import TouchingSheet
 
 GROUND = "ground"
+Direction = Literal["e1", "e2", "e3", "s1", "psi", "s3"]
+DIRECTIONS: tuple[Direction, ...] = ("e1", "e2", "e3", "s1", "psi", "s3")
+"""Directions of a force element, in the order of its stiffnesses."""
 """Name of the fixed body of every scene, at the origin with inertial axes."""
 
 Quaternion = tuple[Number, Number, Number, Number]
@@ -182,6 +185,12 @@ class ForceElement(Model):
     )
     kind: Literal["joint", "crease", "panel", "drive"] = Field(
         default="joint", description="role in the model, which determines the category of its energy"
+    )
+    locked: tuple[Direction, ...] = Field(
+        default=(),
+        description="directions that a load does not deform in statics: a multiplier takes up the effort, and the stiffness "
+        "only sets its convergence. In motions and natural modes, and with `latch`, the spring deforms",
+        json_schema_extra={"range": "names of directions with a stiffness"},
     )
     steps: tuple[str, ...] | None = Field(
         default=None, description="steps in which it acts; absent: in all", json_schema_extra={"range": "names of steps"}

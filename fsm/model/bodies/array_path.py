@@ -17,7 +17,7 @@ from fsm.model.bodies.array_energies import part_before_event
 from fsm.model.bodies.array_forces import factors_of, place, sum_forces, sum_tangents
 from fsm.model.bodies.array_locked import largest_multiplier, lock, swap_multipliers
 from fsm.model.bodies.array_pivots import negative_of_last, negative_of_symmetric
-from fsm.model.bodies.array_statics import STATICS, per_second_of, place_mean
+from fsm.model.bodies.array_statics import STATICS, per_second_of, place_mean, take_up
 from fsm.model.bodies.arrays import (
     ACCEPT_BY,
     FACTORS,
@@ -44,7 +44,7 @@ from fsm.model.bodies.arrays import (
 from fsm.model.bodies.contact_arrays import BRISTLE, contacts_at, lack_pairs
 from fsm.solve.stepping import path_state as path
 from fsm.solve.stepping.path_state import DRIVES
-from fsm.solve.stepping.quasi_static import StaticCalls
+from fsm.solve.stepping.quasi_static import BEGIN, StaticCalls
 from fsm.solve.stepping.vectors import copy_into, subtracted
 
 
@@ -82,6 +82,7 @@ def _begin(
 ) -> None:
     begin_bodies(model.table, t, before, q, start, rate_dependent)
     lock(model, 0.0)
+    take_up(model, BEGIN)
     if model.groups.shape[0] > 0:
         model.by_contacts.press(model.groups, most)
 
@@ -352,7 +353,7 @@ def largest_contact_force(model: Segments, t: float) -> float:
 
 
 PATH = StaticCalls(
-    *STATICS[:9],
+    *STATICS[:10],
     _begin,
     _lacks,
     efforts,

@@ -10,6 +10,7 @@ from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d
 from fsm.kernels.block_equations import FAILED, Pattern, set_factors, solution
 from fsm.kernels.body_poses import gather_free, pose_difference, scatter_free
 from fsm.kernels.jit import kernel
+from fsm.kernels.pointers import call_at
 from fsm.model.bodies.array_forces import retract, sum_forces, sum_tangents
 from fsm.model.bodies.array_locked import do_locked
 from fsm.model.bodies.arrays import (
@@ -25,6 +26,7 @@ from fsm.model.bodies.arrays import (
     RATES,
     STEP,
     STIFFNESS,
+    TAKE_UP_BY,
     WORK,
     Segments,
     pattern_of,
@@ -168,7 +170,16 @@ def _do_at_rest(model: Segments, dx: np.ndarray, task: float, part: float) -> fl
     return found
 
 
+@kernel
+def take_up(model: Segments, task: int) -> float:
+    """See `StaticCalls`."""
+    found = 0.0
+    for k in range(model.elements.shape[0]):
+        found += call_at(model.elements[k, TAKE_UP_BY], model.table, model.element_tables[k], 0.0, float(task))
+    return found
+
+
 STATICS = StaticCalls(
-    _force, _linearised_force, _factorise, _largest_force, _solve, retract, _advance, _multiply, _work_of_locks
+    _force, _linearised_force, _factorise, _largest_force, _solve, retract, _advance, _multiply, _work_of_locks, take_up
 )
 """Kernels of `Segments` that quasi-static steps call."""

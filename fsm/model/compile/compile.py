@@ -13,7 +13,7 @@ import numpy as np
 from fsm.case.derived.mechanism_lines import MechanismLine, mechanism_lines
 from fsm.case.derived.planar import out_of_plane
 from fsm.case.models.loads import Drive
-from fsm.case.models.scene import GROUND, Body, ForceElement, Plate, Scene
+from fsm.case.models.scene import DIRECTIONS, GROUND, Body, ForceElement, Plate, Scene
 from fsm.errors import CaseError, Fault
 from fsm.kernels.rotation import multiply, rotation_matrix
 from fsm.laws.crease import CreaseLaws, MomentCurve, join_curves
@@ -110,6 +110,7 @@ class SceneCompiler:
         for steps, latch in sorted({(e.steps, e.latch) for e in self.scene.elements}, key=_order):
             found = self._springs([e for e in self.scene.elements if (e.steps, e.latch) == (steps, latch)])
             groups += found
+            groups += [each.locks for each in found if isinstance(each, BushingGroup) and each.locks is not None]
             if steps is not None:
                 self._steps += [(group, GroupSteps(steps, latch)) for group in found]
         if self.scene.point_elements:
@@ -236,6 +237,7 @@ class SceneCompiler:
             in_panels,
             tuple(e.name for e in elements),
             np.array([e.kind != "joint" for e in elements]),
+            np.ascontiguousarray(np.array([[name in e.locked for name in DIRECTIONS] for e in elements])[:, keep]),
         )
 
     def _actuators(self, elements: list[ForceElement]) -> list[ActuatorGroup]:

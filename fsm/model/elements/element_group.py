@@ -45,7 +45,8 @@ class ElementKernels(NamedTuple):
     fourth the part of the dissipated power whose forces also act at rest. `accept` changes the memory of the group at an
     accepted state. `part` has the length of the step (s) in place of its inverse, and returns the factor by which a step
     that passes an event is shortened, or 0 to accept it. `lock`, `advance` and `project` belong to elements with locked
-    directions, whose efforts are multipliers (`fsm.model.elements.joints`).
+    directions, whose efforts are multipliers (`fsm.model.elements.joints`). `take_up` belongs to locked directions of
+    springs (`fsm.model.elements.spring_locks`).
     """
 
     force: Any
@@ -58,6 +59,7 @@ class ElementKernels(NamedTuple):
     advance: Any = nothing
     project: Any = nothing
     part: Any = nothing
+    take_up: Any = nothing
 
     def addresses(self) -> list[int]:
         """Addresses of all kernels."""

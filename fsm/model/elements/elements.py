@@ -10,6 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fsm.interactions.bushing_planar import (
+    COLUMNS_PLANAR,
+    LOCKED,
     advance_efforts_planar,
     force_pose_planar,
     linearise_pose_planar,
@@ -18,6 +20,7 @@ from fsm.interactions.bushing_planar import (
     widest_pose_planar,
 )
 from fsm.interactions.bushing_spatial import (
+    COLUMNS_SPATIAL,
     advance_efforts_spatial,
     force_pose_spatial,
     linearise_pose_spatial,
@@ -30,6 +33,7 @@ from fsm.interactions.pose_spatial import measure_pose_spatial
 from fsm.model.bodies.group import PreviousPoses
 from fsm.model.bodies.pattern import BodyPattern
 from fsm.model.elements.element_cache import TwoBodyGroup
+from fsm.model.elements.spring_locks import SpringLocks
 
 Kernel = Callable[..., Any]
 
@@ -44,16 +48,17 @@ class _Kernels(NamedTuple):
     advance: Kernel
     stored: Kernel
     widest: Kernel
+    columns: tuple[int, int]
 
 
 _ONE_PASS = {
     3: _Kernels(
         measure_pose_planar, pose_constants_planar, force_pose_planar, linearise_pose_planar, advance_efforts_planar,
-        stored_pose_planar, widest_pose_planar,
+        stored_pose_planar, widest_pose_planar, COLUMNS_PLANAR,
     ),
     6: _Kernels(
         measure_pose_spatial, pose_constants_spatial, force_pose_spatial, linearise_pose_spatial, advance_efforts_spatial,
-        stored_pose_spatial, widest_pose_spatial,
+        stored_pose_spatial, widest_pose_spatial, COLUMNS_SPATIAL,
     ),
 }  # fmt: skip
 """Kernels by the number of rows of a block."""
@@ -77,6 +82,9 @@ class BushingGroup(TwoBodyGroup):
     names : names of the elements
     structural : (m,) bool array
         Joints of the structure, whose ends must stay together; other springs may have any length.
+    locked : (m, 3 or 6) bool array
+        Directions without a deformation in statics (`fsm.model.elements.spring_locks`); translations have the rest
+        position 0.
     """
 
     bodies: np.ndarray
@@ -88,6 +96,7 @@ class BushingGroup(TwoBodyGroup):
     in_panels: np.ndarray
     names: tuple[str, ...]
     structural: np.ndarray
+    locked: np.ndarray
 
     @cached_property
     def rate_dependent(self) -> bool:
@@ -152,8 +161,21 @@ class BushingGroup(TwoBodyGroup):
 
     @cached_property
     def in_structure(self) -> np.ndarray:
-        """`structural` as integers, for kernels."""
-        return self.structural.astype(np.int64)
+        """`structural` as integers, for kernels; `LOCKED` if the translations are locked."""
+        held = np.any(self.locked[:, : 3 if self.rest.shape[1] == 6 else 2], axis=1)
+        return np.where(held, LOCKED, 1) * self.structural.astype(np.int64)
+
+    @cached_property
+    def locks(self) -> SpringLocks | None:
+        """Multipliers of the locked directions; None without any."""
+        element, direction = np.nonzero(self.locked)
+        if not len(element):
+            return None
+        rest, stiffness = self._kernels.columns
+        places = np.stack([element, direction, rest + direction, stiffness + direction], axis=1)
+        shares = self.in_panels[np.asarray(self.category)[element]]
+        fixed = np.stack([self.rest[element, direction], shares], axis=1)
+        return SpringLocks(np.ascontiguousarray(places), self._constants, self.rest, fixed)
 
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterator
 
 from fsm.case.derived.frame_bodies import frame_faults, norm_faults
-from fsm.case.models.scene import GROUND, ForceElement, Scene
+from fsm.case.models.scene import DIRECTIONS, GROUND, ForceElement, Scene
 from fsm.case.schema.known_names import nearest_name
 from fsm.errors import Fault
 from fsm.model.elements.element_angles import angle_faults
@@ -81,6 +81,14 @@ def _references(scene: Scene) -> Iterator[Fault]:
             yield Fault(f"scene.elements.{i}", f"joins {element.inner!r} to itself")
         if element.frame == "chord" and element.crease is not None:
             yield Fault(f"scene.elements.{i}.crease", ligament)
+        if element.locked and (element.frame == "chord" or (element.rest_turn and "psi" in element.locked)):
+            text = 'not available with frame = "chord", and psi not with `rest_turn`; remove this key'
+            yield Fault(f"scene.elements.{i}.locked", text)
+        stiffness = dict(zip(DIRECTIONS, (*element.translation, *element.rotation), strict=True))
+        for k, direction in enumerate(element.locked):
+            if not stiffness[direction]:
+                text = f"{direction} has no stiffness; give one in `translation` or `rotation`, as 1e7 times the others"
+                yield Fault(f"scene.elements.{i}.locked.{k}", text)
         if element.crease is not None and element.rotation[1]:
             what = f"{element.rotation[1]:g} N m/rad is not used beside `crease`, which gives the twist; write 0"
             yield Fault(f"scene.elements.{i}.rotation.1", what)

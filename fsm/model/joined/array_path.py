@@ -29,7 +29,7 @@ from fsm.model.bodies.array_path import (
     place_end as place_end_of_bodies,
 )
 from fsm.model.bodies.array_pivots import negative_of_last, negative_of_symmetric
-from fsm.model.bodies.array_statics import per_second_of
+from fsm.model.bodies.array_statics import per_second_of, take_up
 from fsm.model.bodies.arrays import FREE, INTERVAL, POSES, RATES, driven_of, springs_of
 from fsm.model.bodies.contact_arrays import lack_pairs
 from fsm.model.joined.array_forces import folded, free_bodies, set_frames
@@ -61,7 +61,7 @@ from fsm.model.nodes.system.array_forces import sum_forces as sum_node_forces
 from fsm.model.nodes.system.array_kernels import accept_present as accept_nodes
 from fsm.solve.stepping import path_state as path
 from fsm.solve.stepping.path_state import UNKNOWN
-from fsm.solve.stepping.quasi_static import StaticCalls
+from fsm.solve.stepping.quasi_static import BEGIN, StaticCalls
 from fsm.solve.stepping.vectors import copy_into
 
 
@@ -98,6 +98,7 @@ def _begin(
     begin_bodies(bodies.table, t, before, q[:first], start, rate_dependent)
     copy_into(q[first:], floats_1d(nodes, LAST))
     floats_1d(nodes, NUMBERS)[MEAN_OVER] = floats_1d(bodies.table, INTERVAL)[1]
+    take_up(bodies, BEGIN)
     if bodies.groups.shape[0] > 0:
         bodies.by_contacts.press(bodies.groups, most)
 
@@ -250,7 +251,7 @@ def _contact_force(model: Joined, t: float, q: np.ndarray) -> float:
 
 
 PATH = StaticCalls(
-    *STATICS[:9], _begin, _lacks, _efforts, _end_of_step, _accept, _progress, _difference, _contact_force, _balance_at_rest,
+    *STATICS[:10], _begin, _lacks, _efforts, _end_of_step, _accept, _progress, _difference, _contact_force, _balance_at_rest,
     _power_before,
 )  # fmt: skip
 """Kernels of `Joined` that quasi-static steps and paths call."""

@@ -13,7 +13,7 @@ from fsm.kernels.jit import kernel
 from fsm.model.bodies.array_forces import add_tangents_by_deformations, sum_tangents_by_rates
 from fsm.model.bodies.array_forces import sum_forces as sum_body_forces
 from fsm.model.bodies.array_locked import do_along_rates
-from fsm.model.bodies.array_statics import add_damping, advance_by, largest_force_along, per_second_of
+from fsm.model.bodies.array_statics import add_damping, advance_by, largest_force_along, per_second_of, take_up
 from fsm.model.bodies.array_statics import place_mean as place_mean_bodies
 from fsm.model.bodies.arrays import AGAIN, FREE, INTERVAL, POSES, RATES, STEP, WORK, springs_of
 from fsm.model.bodies.contact_arrays import lack_pairs, restore_depths
@@ -177,7 +177,12 @@ def _do_at_rest(model: Joined, dx: np.ndarray, task: float, part: float) -> floa
     return found
 
 
+@kernel
+def _take_up(model: Joined, task: int) -> float:
+    return float(take_up(model.bodies, task))
+
+
 STATICS = StaticCalls(
-    _force, _linearised_force, _factorise, _largest_force, _solve, retract, _advance, _multiply, _work_of_locks
+    _force, _linearised_force, _factorise, _largest_force, _solve, retract, _advance, _multiply, _work_of_locks, _take_up
 )
 """Kernels of `Joined` that quasi-static steps call."""

@@ -34,6 +34,7 @@ from fsm.model.contact.contacts import ContactGroup
 from fsm.model.elements.element_group import ElementGroup
 from fsm.model.elements.elements import BushingGroup
 from fsm.model.elements.locked_inertia import length_at
+from fsm.model.elements.spring_locks import SpringLocks
 from fsm.model.plan.in_python import of_bodies
 from fsm.solve.interface.records import DriveState, Linearised, PreviousState
 from fsm.solve.interface.rest_scales import scales_at_rest
@@ -73,6 +74,7 @@ class SegmentForces(Configuration):
         self._dof[bodies.free] = np.arange(self.n_free)
         self._ordered = bodies.free
         self._springs = tuple(group for group in groups if isinstance(group, BushingGroup))
+        self._held = tuple(group for group in groups if isinstance(group, SpringLocks))
         self._others = tuple(group for group in groups if not isinstance(group, BushingGroup | ContactGroup))
         self._sliding = tuple(group for group in groups if isinstance(group, ElementGroup) and len(group.memory_of))
         self.remembers = bool(self._sliding)
@@ -80,7 +82,7 @@ class SegmentForces(Configuration):
         frictions = [group.friction for group in groups if isinstance(group, ContactGroup) and group.friction is not None]
         self.bristles = any(friction.law.bristle for friction in frictions)
         # springs without dampers do not depend on the last state
-        self._looks_back = self.rate_dependent or groups != self._springs
+        self._looks_back = self.rate_dependent or groups != (*self._springs, *self._held)
         self._last_before: PreviousState | None = None
         self._last_poses = bodies.pose
         self._pattern: BodyPattern | None = None
@@ -253,6 +255,8 @@ class SegmentForces(Configuration):
         """See `System`."""
         for group in self.locking:
             group.lock(by_acceleration)
+        for locks in self._held:
+            locks.go_back()
         return bool(self.locking)
 
     def advance(self, change: np.ndarray, part: float = 1.0, again: bool = False) -> bool:
@@ -283,7 +287,7 @@ class SegmentForces(Configuration):
 
     def swap_multipliers(self) -> None:
         """See `System`."""
-        for group in self.locking:
+        for group in (*self.locking, *self._held):
             group.swap()
 
     def hold_still(self, still: bool) -> bool:
@@ -349,6 +353,16 @@ class SegmentForces(Configuration):
     ) -> Linearised:
         """See `MixedSystem`."""
         return self._linearised(t, q, u, before, efforts, depths)
+
+    def take_up(self, efforts: np.ndarray, task: int) -> float:
+        """See `MixedSystem`."""
+        first, found = 0, 0.0
+        for springs in self._springs:
+            last = first + springs.rest.size
+            if springs.locks is not None:
+                found += springs.locks.take_up(efforts[first:last].reshape(springs.rest.shape), task)
+            first = last
+        return found
 
     def depths(self, most: float) -> tuple[ContactDepths, ...]:
         """See `MixedSystem`."""

@@ -11,18 +11,22 @@ import numpy as np
 
 from fsm.model.bodies.group import Group
 from fsm.model.elements.elements import BushingGroup
+from fsm.model.elements.spring_locks import SpringLocks
 
 
 def merged(groups: Iterable[Group]) -> tuple[Group, ...]:
-    """Groups with one group for all linear springs, at the place of the first; compiled steps have one group of springs."""
-    left = list(groups)
+    """Groups with one group for all linear springs, at the place of the first; compiled steps have one group of springs.
+
+    The multipliers of locked springs follow at the end.
+    """
+    left = [group for group in groups if not isinstance(group, SpringLocks)]
     found = [group for group in left if isinstance(group, BushingGroup)]
-    if len(found) < 2:
-        return tuple(left)
-    place = left.index(found[0])
-    left = [group for group in left if not isinstance(group, BushingGroup)]
-    left.insert(place, _stacked(found, category=_shifted([(group.category, len(group.in_panels)) for group in found])))
-    return tuple(left)
+    if len(found) > 1:
+        place = left.index(found[0])
+        left = [group for group in left if not isinstance(group, BushingGroup)]
+        left.insert(place, _stacked(found, category=_shifted([(group.category, len(group.in_panels)) for group in found])))
+    locks = (group.locks for group in left if isinstance(group, BushingGroup))
+    return (*left, *(group for group in locks if group is not None))
 
 
 def _shifted(parts: Sequence[tuple[np.ndarray, int]]) -> np.ndarray:

@@ -120,7 +120,8 @@ def _groups(
             if rest is None:
                 rest = np.asarray(group.measure(known["poses"], known["rates"], group.bodies, *group.geometry)[0])
             latched[f"latch {k}"] = rest
-            groups[place] = replace(group, rest=np.ascontiguousarray(rest))
+            plain = np.zeros(group.locked.shape, dtype=bool)  # these are springs about the position in which they latch
+            groups[place] = replace(group, rest=np.ascontiguousarray(rest), locked=plain)
     index = {body: i for i, body in enumerate(whole.bodies.names)}
     on_bodies = (load for load in plan.steps[number].loads if load.pressure is None)
     loads = tuple(applied(load, index[load.target], whole.spatial) for load in on_bodies)

@@ -26,7 +26,16 @@ from fsm.solve.equations.linear import LinearSolver
 from fsm.solve.interface.records import Depths, Linearised, PreviousState
 from fsm.solve.interface.system import ArrayStaticSystem, MixedSystem, StaticArrays, System
 from fsm.solve.stepping import quasi_static
-from fsm.solve.stepping.quasi_static import NewtonRules, Settled, StaticCalls, StaticModel, settle, settle_arrays
+from fsm.solve.stepping.quasi_static import (
+    BEFORE,
+    NewtonRules,
+    Settled,
+    StaticCalls,
+    StaticModel,
+    closed_locks,
+    settle,
+    settle_arrays,
+)
 
 _PATTERNS = 20
 """Largest number of repetitions of a step because bodies came near each other whose block the pattern lacks."""
@@ -253,6 +262,7 @@ class _Model:
         self._linear: Linearised | None = None
         self.matrix: BlockMatrix | None = None
         system.lock(0.0)
+        self.take_up(quasi_static.BEGIN)
 
     def _mean_velocity(self, q: np.ndarray) -> np.ndarray | None:
         """Mean velocity since the last state; None at rest."""
@@ -316,7 +326,6 @@ class _Model:
         self._depths_before = self.depths
         self.depths = self.mixed.advance_depths(self._t, q, u, self._rates, dx, self.depths)
 
-
     def multiply(self, dx: np.ndarray, part: float, again: bool) -> None:
         """Advance multipliers; see `StaticCalls`."""
         self.system.advance(dx, part, again)
@@ -325,8 +334,28 @@ class _Model:
         """See `StaticCalls`."""
         return self.system.work_of_locks(dx)
 
+    def take_up(self, task: int) -> float:
+        """See `StaticCalls`."""
+        if self.mixed is None or self.efforts is None:
+            return 0.0
+        return self.mixed.take_up(self.efforts, task)
+
+
+def with_closed_locks(
+    system: System, mixed: MixedSystem, solver: LinearSolver, t: float, q: np.ndarray, efforts: np.ndarray, depths: Depths
+) -> np.ndarray:
+    """Configuration near an equilibrium q (nq,) at rest with these efforts, in which locked springs are not deformed; q
+    itself if they do not close. The solver has the factors of the stiffness. Multipliers of ideal joints are lost.
+    """
+    if mixed.take_up(efforts, BEFORE) == 0.0:
+        return q
+    _, later = closed_locks(StaticModel(_CALLS, _Model(system, mixed, solver, t, (t, q), None, efforts, depths)), q)
+    if later is q:
+        system.lock(0.0)
+    return later
+
 
 _CALLS = StaticCalls(
     _Model.force, _Model.linearised_force, _Model.factorise, _Model.largest_force, _Model.solve, _Model.retract,
-    _Model.advance, _Model.multiply, _Model.work_of_locks,
+    _Model.advance, _Model.multiply, _Model.work_of_locks, _Model.take_up,
 )  # fmt: skip

@@ -352,6 +352,13 @@ class MixedSystem(Protocol):
         """Linearisation as by `System.linearise`, but with given efforts of springs and given depths of contacts."""
         ...
 
+    def take_up(self, efforts: np.ndarray, task: int) -> float:
+        """Do a task for the multipliers of locked springs (`fsm.solve.stepping.quasi_static.StaticCalls`).
+
+        `System.lock` goes back to those of the last accepted state.
+        """
+        ...
+
     def depths(self, most: float) -> Depths:
         """Depths of all contacts at the last accepted step; new contacts start with at most the force `most` (N)."""
         ...

@@ -24,6 +24,7 @@ from typing import cast
 import numpy as np
 
 from fsm.errors import NotConverged
+from fsm.solve.equations.equilibrium_step import with_closed_locks
 from fsm.solve.equations.linear import LinearSolver
 from fsm.solve.equations.newton import equilibrium
 from fsm.solve.interface.records import Depths
@@ -244,6 +245,8 @@ class _Tracer:
                 break
         else:
             return None
+        if self.mixed is not None and efforts is not None and not self.locks:
+            q = with_closed_locks(self.system, self.mixed, self.solver, t, q, efforts, self._depths)
         after, negative = self._tangent(math.nextafter(t, point.time) if hold else t, q, tangent)
         if after.dot(tangent) < _TURN:
             return None

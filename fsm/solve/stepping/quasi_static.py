@@ -32,6 +32,13 @@ _SMALL_CORRECTION = 1e-4
 """Step below which only the forces are evaluated first, since they are probably in balance."""
 _PATIENCE = 4
 """Number of iterations after which the residual is first compared with the reactions."""
+BEGIN, NONE, FIRST, NEXT, BEFORE = range(5)
+"""Tasks for the multipliers of locked springs, see `StaticCalls.take_up`."""
+_CLOSES, _STAYS_CLOSED = 1e-4, 0.1
+"""Largest ratio of successive energies of the changes of multipliers of locked springs that close, and of those that were
+closed in the last state."""
+_CLOSED, _CLOSURES = 1e-17, 8
+"""Ratio to the first of these energies at which they are closed, and largest number of solutions."""
 _LARGE_RESIDUAL, _SLOW_REDUCTION = 200.0, 1e-2
 """Residual relative to the largest reaction, and relative to the first residual, above which the iteration stops."""
 
@@ -112,6 +119,11 @@ class StaticCalls(NamedTuple):
         with `again`, this part replaces the last one.
     work_of_locks : ``work_of_locks(model, dx)``
         Work of the penalties of locked directions along an increment of the last evaluated state, J.
+    take_up : ``take_up(model, task)``
+        Do a task for the multipliers of locked springs. `FIRST`, `NEXT`: they become the efforts that the model keeps; the
+        result is the energy of their change in the springs, J. `BEGIN`: the same if the springs were closed in the last
+        accepted state, else they become zero. `NONE`: they become zero. `BEFORE`: the result is 2 if the springs were closed
+        there, else 1, and 0 without locked springs.
 
     Only compiled models have the rest, for `fsm.solve.stepping.path`:
 
@@ -145,6 +157,7 @@ class StaticCalls(NamedTuple):
     advance: Any
     multiply: Any
     work_of_locks: Any
+    take_up: Any
     begin: Any = None
     lacks: Any = None
     efforts: Any = None
@@ -167,8 +180,8 @@ class StaticModel(NamedTuple):
     def of(cls, kernels: StaticCalls, arrays: Any, q: np.ndarray) -> StaticModel:
         """Create a model from arrays and kernels; q (nq,) is an example of a configuration."""
         arguments = StaticCalls(
-            (q,), (q, True), (), (q, q), (q,), (q, q), (q, q, True), (q, 0.0, True), (q,), (0.0, 0.0, q, q, True, 0.0), (),
-            (q,), (q, q, 0.0, True, q), (q,), (0.0,), (q, q), (0.0, q), (0.0, q, q, q), (0.0, q),
+            (q,), (q, True), (), (q, q), (q,), (q, q), (q, q, True), (q, 0.0, True), (q,), (0,), (0.0, 0.0, q, q, True, 0.0),
+            (), (q,), (q, q, 0.0, True, q), (q,), (0.0,), (q, q), (0.0, q), (0.0, q, q, q), (0.0, q),
         )  # fmt: skip
         example = Example(arrays)
         return cls(pointers(kernels, StaticCalls(*((example, *rest) for rest in arguments))), arrays)
@@ -182,6 +195,7 @@ def settle(model: StaticModel, q: np.ndarray, rules: NewtonRules) -> Settled:
     work = round_off = 0.0
     taken = 1.0
     size = last_size = lost = math.inf
+    closed = False
     for iteration in range(rules.max_iterations + 1):
         counts[ITERATION] = iteration
         counts[EVALUATED] += 1
@@ -194,7 +208,12 @@ def settle(model: StaticModel, q: np.ndarray, rules: NewtonRules) -> Settled:
                     if not calls.factorise(arrays):
                         return Settled(SINGULAR, q, residual, counts, round_off)
                 calls.advance(arrays, q, scaled(0.0, step), True)
-                return Settled(FOUND, q, residual, counts, round_off)
+                if closed:
+                    return Settled(FOUND, q, residual, counts, round_off)
+                moved, q = closed_locks(model, q)
+                residual, closed = calls.force(arrays, q) if moved else residual, True
+                if largest_ratio(residual, rules.force_scale) <= max(rules.tolerance, round_off):
+                    return Settled(FOUND, q, residual, counts, round_off)
         residual = calls.linearised_force(arrays, q, True)
         left_over = largest_ratio(residual, rules.force_scale)
         if not math.isfinite(left_over):
@@ -231,6 +250,43 @@ def settle(model: StaticModel, q: np.ndarray, rules: NewtonRules) -> Settled:
         calls.multiply(arrays, whole, taken, False)
         q_before, q = q, calls.retract(arrays, q, step)
     return Settled(TOO_MANY, q, residual, counts, round_off)
+
+
+@shared
+def closed_locks(model: StaticModel, q: np.ndarray) -> tuple[bool, np.ndarray]:
+    """Whether the multipliers of locked springs have changed, and a configuration near an equilibrium q (nq,), in which the
+    springs are not deformed if they close.
+
+    A solution without multipliers gives those of least work, as the efforts of the springs. Further solutions with the last
+    factors close the springs (augmented Lagrangian; Bayo and Ledesma 1996). The multipliers of the begin of the step are not
+    used: parts of them that act against each other, as in a sheet with more constraints than it needs, would grow from step
+    to step. Springs with little resistance to a motion, as those of a flat sheet to folding, do not close in this way; they
+    then have no multipliers.
+    """
+    calls, arrays, start = model.calls, model.arrays, q
+    found = calls.take_up(arrays, BEFORE)
+    if found == 0.0:
+        return False, start
+    closes = _STAYS_CLOSED if found > 1.0 else _CLOSES
+    calls.take_up(arrays, NONE)
+    step = calls.solve(arrays, calls.force(arrays, q))
+    calls.advance(arrays, q, step, True)
+    before = calls.take_up(arrays, FIRST)
+    first = before
+    for number in range(_CLOSURES):
+        step = calls.solve(arrays, calls.force(arrays, q))
+        calls.advance(arrays, q, step, True)
+        after = calls.take_up(arrays, NEXT)
+        if number == 0 and not after <= closes * before:
+            calls.take_up(arrays, NONE)
+            calls.advance(arrays, start, scaled(0.0, step), True)
+            return True, start
+        q = calls.retract(arrays, q, step)
+        if after <= _CLOSED * first or after > closes * before:
+            break
+        before = after
+    calls.advance(arrays, q, scaled(0.0, step), True)
+    return True, q
 
 
 @shared
