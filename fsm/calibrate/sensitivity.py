@@ -358,6 +358,7 @@ class PathSensitivity:
                 return unvaried[contacts]
             if contacts is not False and len(memory):
                 varied.restore(memory)
+            varied.copy_locks(system)
             previous, rate = before, u
             if step and before is not None and last_derivative is not None:
                 previous = (before[0], system.retract(before[1], step * last_derivative[:, k]))

@@ -22,7 +22,7 @@ import csv
 import hashlib
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -73,7 +73,7 @@ class TableCase(ShortRepr):
     name: str
     overrides: dict[str, str]
     hash: str
-    base: BaseCase
+    base: BaseCase = field(repr=False)
 
     @property
     def case(self) -> Case:

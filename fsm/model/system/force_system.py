@@ -364,6 +364,11 @@ class SegmentForces(Configuration):
             first = last
         return found
 
+    def copy_locks(self, other: SegmentForces) -> None:
+        """Take the multipliers of locked springs from a system with the same springs."""
+        for own, given in zip(self._held, other._held, strict=False):  # a system of contacts alone has no springs
+            own.restore(given.memory_of.copy())
+
     def depths(self, most: float) -> tuple[ContactDepths, ...]:
         """See `MixedSystem`."""
         return tuple(group.pressed(most) for group in self.contacts)
