@@ -36,10 +36,12 @@ help:
 demo: $(RUN)
 	$(BIN)/fsm table folding_cases/strip_pull/table.csv --out out/strip_pull --figures all
 
-# kernels are compiled before the tests, in processes of their own: a worker that compiles grows to gigabytes
+# kernels are compiled before the tests, in processes of their own: a worker that compiles grows to gigabytes. The tests take
+# two turns, because those that are not compiled before grow the workers too
 test: $(DEV)
 	$(BIN)/fsm warmup
-	$(BIN)/python -m pytest -m "not nightly" -n $(WORKERS) --dist worksteal
+	$(BIN)/python -m pytest -m "not nightly" -n $(WORKERS) --dist worksteal tests/physics
+	$(BIN)/python -m pytest -m "not nightly" -n $(WORKERS) --dist worksteal tests/unit tests/robustness
 
 test-nightly: $(DEV)
 	$(BIN)/fsm warmup
