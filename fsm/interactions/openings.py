@@ -222,7 +222,7 @@ def _angle(
 ) -> float:
     """Opening of the kind `TURN`; see `opening`."""
     if hessian.shape[0] == 0:
-        return _angle_without_second_derivatives(first, second, constants, beyond, gradient)
+        return _angle_and_gradient(first, second, constants, beyond, gradient)
     along, across = np.zeros(7), np.zeros(7)
     along[:6] = constants[:6]
     across[:3], across[3:6] = constants[7:10], constants[3:6]
@@ -235,24 +235,14 @@ def _angle(
             turned = (z * gradient[m] - y * slope[m]) * (z * slope[n] + y * gradient[n])
             hessian[m, n] = (z * hessian[m, n] - y * bend[m, n] + gradient[m] * slope[n] - slope[m] * gradient[n]) / size
             hessian[m, n] -= 2.0 * turned / (size * size)
-    for m in range(12):
-        gradient[m] = (z * gradient[m] - y * slope[m]) / size
-    return _within_a_turn(np.arctan2(y, z), constants[6] + beyond)
-
-
-@kernel(inline=True)
-def _within_a_turn(angle: float, beyond: float) -> float:
-    """Angle beyond another one, from -pi to pi; zero if it is round-off."""
-    x = angle - beyond
-    x -= 2.0 * np.pi * np.round(x / (2.0 * np.pi))
-    return _resolved(x, 1.0 + abs(beyond))
+    return _angle_and_gradient(first, second, constants, beyond, gradient)
 
 
 @kernel
-def _angle_without_second_derivatives(
+def _angle_and_gradient(
     first: np.ndarray, second: np.ndarray, constants: np.ndarray, beyond: float, gradient: np.ndarray
 ) -> float:
-    """`_angle` without arrays for second derivatives, in a third of the time."""
+    """Value and first derivatives of an opening of the kind `TURN`."""
     own, across = (constants[0], constants[1], constants[2]), (constants[7], constants[8], constants[9])
     other = (constants[3], constants[4], constants[5])
     a, b = _turns_of(first, second)
@@ -266,7 +256,9 @@ def _angle_without_second_derivatives(
         gradient[k] = gradient[6 + k] = 0.0
         gradient[3 + k] = by_z * z_first[k] + by_y * y_first[k]
         gradient[9 + k] = by_z * z_second[k] + by_y * y_second[k]
-    return _within_a_turn(np.arctan2(y, z), constants[6] + beyond)
+    x = np.arctan2(y, z) - constants[6] - beyond
+    x -= 2.0 * np.pi * np.round(x / (2.0 * np.pi))
+    return _resolved(x, 1.0 + abs(constants[6] + beyond))
 
 
 @kernel

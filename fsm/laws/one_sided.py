@@ -31,8 +31,8 @@ def one_sided(beyond: float, rate: float, stiffness: float, damping: float) -> t
 def mean_loss(begin: float, end: float, rate: float, stiffness: float, damping: float, rebound: float) -> float:
     """Mean of the power (W) that `one_sided` dissipates while the penetration changes at a constant rate.
 
-    The mean is exact, also if the bodies touch or part in the step, where the power has a kink. The value in the middle of the
-    step would be wrong there by as much as the loss of the step.
+    The mean is exact, also if the bodies touch or part in the step, where the power has a kink. The value in the middle of
+    such a step would be wrong by as much as the loss of the step.
 
     Parameters
     ----------
