@@ -221,6 +221,8 @@ def _angle(
     first: np.ndarray, second: np.ndarray, constants: np.ndarray, beyond: float, gradient: np.ndarray, hessian: np.ndarray
 ) -> float:
     """Opening of the kind `TURN`; see `opening`."""
+    if hessian.shape[0] == 0:
+        return _angle_and_gradient(first, second, constants, beyond, gradient)
     along, across = np.zeros(7), np.zeros(7)
     along[:6] = constants[:6]
     across[:3], across[3:6] = constants[7:10], constants[3:6]
@@ -233,8 +235,27 @@ def _angle(
             turned = (z * gradient[m] - y * slope[m]) * (z * slope[n] + y * gradient[n])
             hessian[m, n] = (z * hessian[m, n] - y * bend[m, n] + gradient[m] * slope[n] - slope[m] * gradient[n]) / size
             hessian[m, n] -= 2.0 * turned / (size * size)
-    for m in range(12):
-        gradient[m] = (z * gradient[m] - y * slope[m]) / size
+    return _angle_and_gradient(first, second, constants, beyond, gradient)
+
+
+@kernel
+def _angle_and_gradient(
+    first: np.ndarray, second: np.ndarray, constants: np.ndarray, beyond: float, gradient: np.ndarray
+) -> float:
+    """Value and first derivatives of an opening of the kind `TURN`."""
+    own, across = (constants[0], constants[1], constants[2]), (constants[7], constants[8], constants[9])
+    other = (constants[3], constants[4], constants[5])
+    a, b = _turns_of(first, second)
+    arm, axis, beside = times_vector(b, other), times_vector(a, own), times_vector(a, across)
+    z, y = _dot(axis, arm), _dot(beside, arm)
+    by_z, by_y = -y / (y * y + z * z), z / (y * y + z * z)
+    seen, back = transposed_times_vector(a, arm), transposed_times_vector(b, axis)
+    z_first, z_second = crossed(own, seen), crossed(other, back)
+    y_first, y_second = crossed(across, seen), crossed(other, transposed_times_vector(b, beside))
+    for k in range(3):
+        gradient[k] = gradient[6 + k] = 0.0
+        gradient[3 + k] = by_z * z_first[k] + by_y * y_first[k]
+        gradient[9 + k] = by_z * z_second[k] + by_y * y_second[k]
     x = np.arctan2(y, z) - constants[6] - beyond
     x -= 2.0 * np.pi * np.round(x / (2.0 * np.pi))
     return _resolved(x, 1.0 + abs(constants[6] + beyond))
@@ -270,7 +291,8 @@ def _difference(
 ) -> float:  # fmt: skip
     """Openings of the other kinds; see `opening`."""
     bends = hessian.shape[0] > 0
-    hessian[:] = 0.0
+    if bends:
+        hessian[:] = 0.0
     own = (constants[0], constants[1], constants[2])
     other = (constants[3], constants[4], constants[5])
     a = quaternion_matrix((first[3], first[4], first[5], first[6]))

@@ -365,7 +365,7 @@ class RecordedSolve:
         state = (step.start, q, u)
         if self.energy_balance is None:
             if step.kind != "relax" or step is self.steps[-1]:
-                balance = self.energy_balance = EnergyBalance.opened(self.current.energy(*state))
+                balance = self.energy_balance = EnergyBalance.opened(self.current.energy(*state), self.current.scales().work)
                 balance.round_off_floor = max(balance.round_off_floor, position_round_off_energy(self.current, state))
                 self.stored = balance.start
         else:

@@ -195,6 +195,27 @@ LAWS = (
         physics_test("coupled_joints", "test_backlash_ends_in_an_impact"),
     ),
     Mutant(
+        "losses of stops that part within a step",
+        "fsm/laws/one_sided.py",
+        "apart = min(max(-damping * rate / slope, low), high) if slope > 0.0 else high",
+        "apart = low",
+        unit_test("one_sided", "test_the_mean_loss_of_a_step"),
+    ),
+    Mutant(
+        "losses of cords that become slack",
+        "fsm/model/elements/cords.py",
+        "total += _mean_loss(own, i, t, per_second, way)",
+        "total += 0.0",
+        physics_test("cords", "test_a_spool_pulls_over_a_pulley_with_friction"),
+    ),
+    Mutant(
+        "loops of joints that count as trees",
+        "fsm/model/elements/locked_inertia.py",
+        "return one != two",
+        "return True",
+        unit_test("locked_inertia", "test_loops"),
+    ),
+    Mutant(
         "couplings without the turning of their axes",
         "fsm/model/elements/couplings.py",
         "block[first + a, first + b] = efforts[i, j] * hessian[k, a, b]",
@@ -417,7 +438,7 @@ CHOICES = (
     Mutant(
         "power of motors before their jump in the step after it",
         "fsm/solve/stepping/march.py",
-        "                consistent(model, after, motion.q, motion.u, motion.rate.copy())\n",
+        "                consistent(model, after, motion.q, motion.u, motion.rate.copy(), False)\n",
         "",
         physics_test("joint_laws", "test_the_work_of_a_motor_whose_moment_jumps"),
     ),

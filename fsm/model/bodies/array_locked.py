@@ -19,15 +19,18 @@ from fsm.model.bodies.array_forces import place, retract, sum_forces
 from fsm.model.bodies.arrays import (
     ADVANCE_BY,
     AT_ACCELERATIONS,
+    AT_GIVEN,
     AT_RATES,
     BEND,
     CLOSE,
     FACTORS,
     FORCE,
     FREE,
+    INTERVAL,
     KEEP,
     LARGEST,
     LOCK_BY,
+    LOOPS,
     MASS,
     MATRIX,
     MEASURE,
@@ -47,7 +50,7 @@ MOST = 50
 STALLED = 0.25
 """Ratio of successive errors (squares) above which only round-off is left."""
 EXACT = 1e-26
-"""Error (a square) relative to the first ones, at which accelerations are exact."""
+"""Error (a square) relative to the first ones, at which rates and accelerations are exact."""
 
 
 @kernel
@@ -122,12 +125,12 @@ def largest_multiplier(model: Segments) -> float:
 
 @kernel
 def _correction(model: Segments, right: np.ndarray) -> np.ndarray:
-    """Solution (nu,) with the factors of the projection."""
+    """Solution (nu,) with the factors of the projection; further solutions reduce its error."""
     table, p = model.at_rest, pattern_of(model.at_rest)
     x: np.ndarray
     x, _, _ = model.equations.solve(
         p.order, p.filled_rows, p.filled_columns, p.filled_diagonal, floats_3d(table, FACTORS), p.rows, p.columns,
-        floats_3d(table, MATRIX), right, REFINE_ABOVE, True, False,
+        floats_3d(table, MATRIX), right, REFINE_ABOVE, True, True,
     )  # fmt: skip
     return x
 
@@ -155,8 +158,11 @@ def _measure_and_factorise(model: Segments, t: float) -> None:
 
 
 @kernel
-def close_openings(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> bool:
-    """Correct q and u as `fsm.solve.stepping.model.consistent` does, and measure openings there; multipliers are zero."""
+def close_openings(model: Segments, t: float, q: np.ndarray, u: np.ndarray, inside: bool) -> bool:
+    """Correct q and u as `fsm.solve.stepping.model.consistent` does, and measure openings there; multipliers are zero.
+
+    `inside` a step of a tree of joints, q stays, and one solution corrects u.
+    """
     lock(model, 0.0)
     table, other, free = model.table, model.at_rest, integers_1d(model.table, FREE)
     force, rates = floats_2d(other, FORCE), floats_2d(other, RATES)
@@ -164,17 +170,17 @@ def close_openings(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> b
     copy_into(floats_2d(table, RATES), rates)
     _measure_and_factorise(model, t)
     force[:] = 0.0
-    if project(model, t, CLOSE) > 0.0:
+    if not inside and project(model, t, CLOSE) > 0.0:
         copy_into(retract(model, q, _correction(model, gather_free(free, force))), q)
         place(table, t, q, u)
         _measure_and_factorise(model, t)  # with the old factors, r times the square of the rotation limits convergence
-    before = np.inf
-    for _ in range(MOST):
+    before, largest = np.inf, 0.0
+    for _ in range(1 if inside else MOST):
         force[:] = 0.0
         error = project(model, t, AT_RATES)
-        if not 0.0 < error < STALLED * before:
+        if not EXACT * largest < error < STALLED * before:
             break
-        before = error
+        before, largest = error, max(largest, error)
         _move(model, u, _correction(model, gather_free(free, force)))
     project(model, t, BEND)
     place(table, t, q, u)
@@ -182,10 +188,12 @@ def close_openings(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> b
 
 
 @kernel
-def find_multipliers(model: Segments, t: float, rate: np.ndarray) -> bool:
+def find_multipliers(model: Segments, t: float, rate: np.ndarray, inside: bool) -> bool:
     """Correct and keep accelerations and multipliers as `fsm.solve.stepping.model.consistent` does, after `close_openings`.
 
-    The table of the model has the forces on all bodies without the multipliers.
+    The table of the model has the forces on all bodies without the multipliers. `inside` a step of a tree of joints, there
+    are two solutions: the first one has a small error normal to all motions that the joints allow, but its large penalties
+    cause round-off of these motions.
     """
     table, other, free = model.table, model.at_rest, integers_1d(model.table, FREE)
     force, rates, mass = floats_2d(other, FORCE), floats_2d(other, RATES), floats_1d(table, MASS)
@@ -194,14 +202,14 @@ def find_multipliers(model: Segments, t: float, rate: np.ndarray) -> bool:
     before, largest = np.inf, 0.0
     for number in range(MOST):
         copy_into(floats_2d(table, FORCE), force)
-        error = project(model, t, AT_ACCELERATIONS)
-        if number > 1 and error <= EXACT * largest:
+        error = project(model, t, AT_GIVEN if number == 0 else AT_ACCELERATIONS)
+        if number > 1 and (inside or error <= EXACT * largest):
             break
         right = gather_free(free, force)
         for i in range(right.shape[0]):
             right[i] -= mass[i] * rate[i]
         _move(model, rate, _correction(model, right))
-        if number > 1 and not 0.0 < error < STALLED * before:  # the first two errors follow from the given acceleration
+        if number > 1 and not 0.0 < error < STALLED * before:  # the first error follows from the given acceleration
             break
         before, largest = error, max(largest, error)
     project(model, t, KEEP)
@@ -210,10 +218,11 @@ def find_multipliers(model: Segments, t: float, rate: np.ndarray) -> bool:
 
 
 @kernel
-def consistent(model: Segments, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
+def consistent(model: Segments, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, inside: bool) -> bool:
     """See `fsm.solve.stepping.model`."""
     if not lock(model, 0.0):
         return False
-    close_openings(model, t, q, u)
+    few = inside and floats_1d(model.table, INTERVAL)[LOOPS] == 0.0
+    close_openings(model, t, q, u, few)
     sum_forces(model, t, 0.0)
-    return find_multipliers(model, t, rate)
+    return find_multipliers(model, t, rate, few)

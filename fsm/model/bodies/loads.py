@@ -116,7 +116,8 @@ class LoadGroup(Group):
         self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
     ) -> None:
         """See `Group`."""
-        add_applied(poses, *self.arrays, self._factors(t), force)
+        if self.loads:
+            add_applied(poses, *self.arrays, self._factors(t), force)
 
     def add_linearised(
         self,
@@ -141,7 +142,7 @@ class LoadGroup(Group):
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
     ) -> tuple[dict[str, float], float, float]:
         """See `Group`; loads count as input power, not as potential energy."""
-        return {}, 0.0, applied_power(poses, rates, *self.arrays, self._factors(t))
+        return {}, 0.0, applied_power(poses, rates, *self.arrays, self._factors(t)) if self.loads else 0.0
 
 
 def _planar_rotation(angle: float) -> np.ndarray:

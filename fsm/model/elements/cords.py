@@ -28,7 +28,7 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import pieces_at, program_at
 from fsm.kernels.programs import Program, table_of
 from fsm.kernels.scatter import add_block
-from fsm.laws.one_sided import one_sided
+from fsm.laws.one_sided import mean_loss, one_sided
 from fsm.model.bodies.arrays import DAMPING, DOF, FORCE, POSES, RATES, STIFFNESS, STORED, pattern_of
 from fsm.model.elements.element_group import LAST, OWN, ElementGroup, ElementKernels, bodies_of
 
@@ -240,10 +240,23 @@ def _lost(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> fl
             last, parts = floats_2d(own, LAST)[i], way.lengths.shape[0]
             way.lengths[:] = 0.5 * (way.lengths + last[:parts])
             way.across[:] = 0.5 * (way.across + last[parts:])
+            total += _mean_loss(own, i, t, per_second, way)
         total += _tensions(poses, own, i, middle, way, none, False).lost
         way = _way(poses, rates, own, i, 0.0, False)
         floats_1d(table, STORED)[2] += _tensions(poses, own, i, t, way, none, False).put_in
     return total
+
+
+@kernel
+def _mean_loss(own: np.ndarray, i: int, t: float, per_second: float, way: Way) -> float:
+    """Power that a cord loses over a step while its mean tension acts or not, beyond that in the middle of the step, W."""
+    law, half, pieces = floats_2d(own, _LAWS)[i], 0.5 / per_second, pieces_at(own, _PIECES)
+    middle, change = way.lengths.sum(), half * way.rates.sum()
+    before = middle - change - program_at(pieces, i, t - 2.0 * half)[0]
+    after = middle + change - program_at(pieces, i, t)[0]
+    free, pace, _ = program_at(pieces, i, t - half)
+    inside = one_sided(middle - free, way.rates.sum() - pace, law[_STIFFNESS], law[_DAMPING])[4]
+    return mean_loss(before, after, (after - before) * per_second, law[_STIFFNESS], law[_DAMPING], 0.0) - inside
 
 
 @kernel

@@ -13,7 +13,7 @@ import numpy as np
 
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d
 from fsm.kernels.jit import kernel
-from fsm.laws.one_sided import one_sided
+from fsm.laws.one_sided import mean_loss, one_sided
 from fsm.model.elements.couplings import (
     ANGLES,
     DISSIPATED,
@@ -45,6 +45,10 @@ def _law(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> flo
             push, slope, viscosity = push - back, slope + other, viscosity + viscous
             energy[i] += stored
             lost[i] += heat
+            if per_second > 0.0:
+                before = slip - speed / per_second
+                lost[i] = mean_loss(before - upper, slip - upper, speed, stiffness, damping, 0.0)
+                lost[i] += mean_loss(lower - before, lower - slip, -speed, stiffness, damping, 0.0)
         for j in range(2):
             effort[i, j] = way[j] * push
             for k in range(2):

@@ -29,6 +29,7 @@ from fsm.model.elements.joint_laws import (
     LOWER,
     MOST_EVENTS,
     OPENS_AT,
+    PLAY,
     RATE,
     SLOWER,
     SLOWEST,
@@ -70,7 +71,10 @@ def part_before_event(own: np.ndarray, i: int, c: float, rate: float) -> float:
         sense, near = law[LATCH_SENSE], _NEAR * max(1.0, abs(law[LATCH_AT]))
         if kept(own, LATCHED, i) == 0.0:
             part = min(part, _part_to(sense * before, sense * c, sense * law[LATCH_AT], near))
-        elif law[OPENS_AT] < np.inf:
+        else:  # on the way back the damping of a closed latch begins at once
+            back = law[PLAY] - sense * law[LATCH_AT]
+            part = min(part, _part_to(-sense * before, -sense * c, back, near))
+        if kept(own, LATCHED, i) != 0.0 and law[OPENS_AT] < np.inf:
             effort, most = -sense * stops(own, i, c, rate)[0], law[OPENS_AT]
             part = min(part, _part_to(-sense * kept(own, BEFORE, i), effort, most, STRONG * most))
     return part

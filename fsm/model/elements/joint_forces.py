@@ -56,6 +56,7 @@ from fsm.model.elements.joint_laws import (
     kept,
     law_at,
     lost_in_step,
+    mean_loss_of_stops,
     motor,
     released,
     remember,
@@ -162,6 +163,7 @@ def _lost(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> fl
         rate = _rate_or_mean(table, own, i, c, gradient, per_second)
         total += law_at(own, i, t, middle, rate, per_second)[4]
         if per_second > 0.0:
+            total += mean_loss_of_stops(own, i, floats_1d(own, LAST)[i], c, rate)
             kept_loss = lost_in_step(own, i, floats_1d(own, LAST)[i], c, rate)
             kept_loss += released(own, i, c, _rate(floats_2d(table, RATES), own, i, gradient))
             kept_loss *= per_second

@@ -18,7 +18,7 @@ import numpy as np
 from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import pieces_at, program_at
-from fsm.laws.one_sided import one_sided
+from fsm.laws.one_sided import mean_loss, one_sided
 from fsm.laws.step import step
 from fsm.model.elements.element_group import OWN
 
@@ -160,14 +160,9 @@ def _elastic(own: np.ndarray, i: int, t: float, c: float, rate: float) -> tuple[
 @kernel
 def stops(own: np.ndarray, i: int, c: float, rate: float) -> Law:
     """Law of both stops and of the latch."""
-    law = floats_2d(own, LAWS)[i]
     effort = by_c = by_rate = energy = lost = 0.0
-    for side in range(3 if kept(own, LATCHED, i) > 0.0 else 2):
-        sense, limit, stiffness, damper = -1.0 if side == 0 else 1.0, law[LOWER + side % 2], law[STOP], law[STOP_DAMPER]
-        rebound = law[REBOUND] / max(kept(own, IMPACT, i), law[SLOWEST]) if law[REBOUND] > 0.0 else 0.0
-        if side == 2:
-            sense, limit = -law[LATCH_SENSE], law[LATCH_AT] - law[LATCH_SENSE] * law[PLAY]
-            stiffness, damper, rebound = law[LATCH], law[LATCH_DAMPER], 0.0
+    for side in range(_sides(own, i)):
+        sense, limit, stiffness, damper, rebound = _stop(own, i, side)
         beyond, faster = sense * (c - limit), sense * rate
         damper += stiffness * max(beyond, 0.0) * rebound
         push, slope, damping, stored, heat = one_sided(beyond, faster, stiffness, damper)
@@ -177,6 +172,32 @@ def stops(own: np.ndarray, i: int, c: float, rate: float) -> Law:
         energy += stored
         lost += heat
     return effort, by_c, by_rate, energy, lost
+
+
+@kernel
+def _sides(own: np.ndarray, i: int) -> int:
+    """Number of stops that act: lower, upper, and the latch if it is closed."""
+    return 3 if kept(own, LATCHED, i) > 0.0 else 2
+
+
+@kernel
+def _stop(own: np.ndarray, i: int, side: int) -> tuple[float, float, float, float, float]:
+    """Sense, limit, stiffness, damping and rebound of a stop or latch."""
+    law = floats_2d(own, LAWS)[i]
+    if side == 2:
+        return -law[LATCH_SENSE], law[LATCH_AT] - law[LATCH_SENSE] * law[PLAY], law[LATCH], law[LATCH_DAMPER], 0.0
+    rebound = law[REBOUND] / max(kept(own, IMPACT, i), law[SLOWEST]) if law[REBOUND] > 0.0 else 0.0
+    return -1.0 if side == 0 else 1.0, law[LOWER + side], law[STOP], law[STOP_DAMPER], rebound
+
+
+@kernel
+def mean_loss_of_stops(own: np.ndarray, i: int, before: float, c: float, rate: float) -> float:
+    """Mean dissipated power of stops and latch in a step between two coordinates, W."""
+    total = 0.0
+    for side in range(_sides(own, i)):
+        sense, limit, stiffness, damper, rebound = _stop(own, i, side)
+        total += mean_loss(sense * (before - limit), sense * (c - limit), sense * rate, stiffness, damper, rebound)
+    return total
 
 
 @kernel
@@ -315,12 +336,13 @@ def law_at(
 ) -> tuple[float, float, float, float, float, float]:
     """All laws of a coordinate, and the power that motors and moving free lengths put in, W.
 
-    If the inverse of a step's duration (1/s) is given, the dissipated power is that without bristles and slider; see
-    `lost_in_step`.
+    If the inverse of a step's duration (1/s) is given, the dissipated power is that without bristles, slider, stops and
+    latch; see `lost_in_step` and `mean_loss_of_stops`.
     """
     effort, by_c, by_rate, energy, lost, put_in = _elastic(own, i, t, c, rate)
     of_spring = slider(own, i, c, rate, SPRING_SLIDER, SPRING_SLID, OF_SPRING_WIDTH)
-    for part in (stops(own, i, c, rate), harness(own, i, c, rate), of_spring, friction(own, i, c, rate)):
+    of_stops = stops(own, i, c, rate)
+    for part in (of_stops, harness(own, i, c, rate), of_spring, friction(own, i, c, rate)):
         effort += part[0]
         by_c += part[1]
         by_rate += part[2]
@@ -328,7 +350,7 @@ def law_at(
         lost += part[4]
     if per_second > 0.0:
         law = floats_2d(own, LAWS)[i]
-        lost -= harness(own, i, c, rate)[4] + of_spring[4]
+        lost -= harness(own, i, c, rate)[4] + of_spring[4] + of_stops[4]
         if law[PRESLIDING] > 0.0:
             lost -= friction(own, i, c, rate)[4]
     pushed, slope = motor(own, i, t, rate)

@@ -28,6 +28,7 @@ from fsm.kernels.rotation import rotation_matrix
 from fsm.kernels.scatter import add_block
 from fsm.model.bodies.arrays import (
     AT_ACCELERATIONS,
+    AT_GIVEN,
     AT_RATES,
     BEND,
     CLOSE,
@@ -201,8 +202,9 @@ def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
     `MEASURE`: openings at the present poses, penalties in the stiffness, multipliers of zero. `BEND`: their second
     derivatives in time at the present rates. `CLOSE`: forces
     against openings. `AT_RATES`: forces against opening rates. `AT_ACCELERATIONS`: the rates of the model are accelerations;
-    the multipliers advance by the penalties times the opening accelerations, and add to these forces. `KEEP`: keep the
-    multipliers. `SWAP`: exchange the present multipliers and the kept ones. The error is the sum of m y^2 over all openings.
+    the multipliers advance by the penalties times the opening accelerations, and add to these forces. `AT_GIVEN`: forces
+    against opening accelerations, without a change of the multipliers, which are zero. `KEEP`: keep the multipliers. `SWAP`:
+    exchange the present multipliers and the kept ones. The error is the sum of m y^2 over all openings.
     """
     task = int(per_second)
     force, rates, bodies = floats_2d(table, FORCE), floats_2d(table, RATES), bodies_of(own)
@@ -228,7 +230,7 @@ def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
         rate = value[i] if task == CLOSE else _along(rates, bodies[i], gradient[i])
         if task == AT_RATES:
             rate -= speed
-        if task == AT_ACCELERATIONS:
+        if task in (AT_ACCELERATIONS, AT_GIVEN):
             rate += bends[i] - pick_up
         total = PROJECTION * masses[i] * rate
         if task == AT_ACCELERATIONS:
@@ -251,14 +253,17 @@ def _measure_all(table: np.ndarray, own: np.ndarray, t: float) -> None:
     """Openings and their penalties, with multipliers of zero."""
     bodies, stiffness, hessian = bodies_of(own), floats_3d(table, STIFFNESS), np.empty((0, 12))
     gradient, masses, effort = floats_2d(own, _GRADIENT), floats_1d(own, _MASSES), _efforts(own)
-    dof, p, block = integers_1d(table, DOF), pattern_of(table), np.empty((12, 12))
+    dof, p, block, last = integers_1d(table, DOF), pattern_of(table), np.zeros((12, 12)), bodies.shape[0] - 1
     for i in range(bodies.shape[0]):
         _measure(table, own, t, i, hessian)
         effort[i] = 0.0
         for a in range(12):
+            factor = PROJECTION * masses[i] * gradient[i, a]
             for b in range(12):
-                block[a, b] = PROJECTION * masses[i] * gradient[i, a] * gradient[i, b]
-        add_block(block, dof, bodies[i], p.rows, p.columns, stiffness)
+                block[a, b] += factor * gradient[i, b]
+        if i == last or bodies[i + 1, 0] != bodies[i, 0] or bodies[i + 1, 1] != bodies[i, 1]:
+            add_block(block, dof, bodies[i], p.rows, p.columns, stiffness)
+            block[:] = 0.0
 
 
 @kernel

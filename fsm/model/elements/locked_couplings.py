@@ -10,9 +10,25 @@ from typing import Any
 
 import numpy as np
 
-from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d
 from fsm.kernels.jit import kernel
-from fsm.model.bodies.arrays import AT_ACCELERATIONS, BEND, CLOSE, KEEP, LARGEST, MEASURE, RATES, STEP, SWAP, WORK
+from fsm.kernels.scatter import add_block
+from fsm.model.bodies.arrays import (
+    AT_ACCELERATIONS,
+    AT_GIVEN,
+    BEND,
+    CLOSE,
+    DOF,
+    KEEP,
+    LARGEST,
+    MEASURE,
+    RATES,
+    STEP,
+    STIFFNESS,
+    SWAP,
+    WORK,
+    pattern_of,
+)
 from fsm.model.elements.couplings import (
     ANGLES,
     EFFORTS,
@@ -25,12 +41,11 @@ from fsm.model.elements.couplings import (
     CouplingGroup,
     accept,
     add_efforts,
-    add_tangents,
     bends_of,
     ends_of,
     measure_coordinates,
 )
-from fsm.model.elements.element_group import OWN
+from fsm.model.elements.element_group import OWN, bodies_of
 from fsm.model.elements.joints import PROJECTION, again, penalty_of, swap
 
 _RATIOS, _MASSES, _PENALTY, _EFFORT, _BEND, _VALUE, _STILL, _SIZES, _CHANGE = range(FIRST_PARAMETER, FIRST_PARAMETER + 9)
@@ -147,7 +162,7 @@ def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
         return 0.0
     for i in range(effort.shape[0]):
         rate = floats_1d(own, _VALUE)[i] if task == CLOSE else _along(table, own, i)
-        if task == AT_ACCELERATIONS:
+        if task in (AT_ACCELERATIONS, AT_GIVEN):
             rate += bend[i]
         total = PROJECTION * masses[i] * rate
         if task == AT_ACCELERATIONS:
@@ -164,10 +179,18 @@ def _measure_all(table: np.ndarray, own: np.ndarray, t: float) -> None:
     """Openings, and the penalties in the stiffness."""
     measure_coordinates(table, own, t, False)
     effort, masses, value = floats_1d(own, _EFFORT), floats_1d(own, _MASSES), floats_1d(own, _VALUE)
+    ratios, gradient, dof, p = floats_2d(own, _RATIOS), floats_2d(own, GRADIENTS), integers_1d(table, DOF), pattern_of(table)
+    n, width = ratios.shape[1], gradient.shape[1]
+    row, block = np.empty(n * width), np.empty((n * width, n * width))
     for i in range(effort.shape[0]):
         value[i], effort[i] = _opening(own, i), 0.0
-        _put(own, i, 0.0, PROJECTION * masses[i])
-    add_tangents(table, own, False)
+        for j in range(n):
+            for c in range(width):
+                row[j * width + c] = ratios[i, j] * gradient[i * n + j, c]
+        for a in range(n * width):
+            for b in range(n * width):
+                block[a, b] = PROJECTION * masses[i] * row[a] * row[b]
+        add_block(block, dof, bodies_of(own)[i], p.rows, p.columns, floats_3d(table, STIFFNESS))
 
 
 @kernel
@@ -210,6 +233,11 @@ class LockedCouplings(CouplingGroup):
     def masses(self) -> np.ndarray:
         """Inertia (m,) of each opening at the start, in place."""
         return self.arrays[_MASSES - OWN]
+
+    @property
+    def coupled(self) -> np.ndarray:
+        """Bodies (m, 2, 2) of the two joints of each coupling."""
+        return self.joints.ends.reshape(-1, 2, 2)
 
     @cached_property
     def active(self) -> np.ndarray:

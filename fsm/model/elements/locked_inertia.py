@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 
 import numpy as np
 
@@ -59,6 +59,38 @@ def _inertia(rows: np.ndarray, inverse: np.ndarray) -> np.ndarray:
     sizes[sizes <= _STANDS * largest] = math.inf
     scaled = rows / sizes[:, None]
     return np.asarray(np.diag(np.linalg.pinv(scaled @ scaled.T, _REPEATED, hermitian=True)) / sizes**2)
+
+
+def have_loops(groups: Iterable[ElementGroup], dof: np.ndarray) -> bool:
+    """Whether openings may depend on each other.
+
+    They do not if joints between bodies form trees, where all bodies that cannot move (`dof` < 0) are one, and couplings
+    between joints form trees, where all joints with motors are one.
+    """
+    parents = dict[Hashable, Hashable]()
+
+    def joined(one: Hashable, two: Hashable) -> bool:
+        """Join the trees of two bodies, or of two joints; false if both are in one tree."""
+        while one in parents:
+            one = parents[one]
+        while two in parents:
+            two = parents[two]
+        if one != two:
+            parents[one] = two
+        return one != two
+
+    groups = list(groups)
+    joints = [group for group in groups if isinstance(group, JointGroup)]
+    couplings = [group for group in groups if isinstance(group, LockedCouplings)]
+    if len(joints) + len(couplings) < len(groups) or (couplings and any(group.spare for group in joints)):
+        return True
+    for group in joints:
+        ends = dict(zip(group.of.tolist(), group.bodies.tolist(), strict=True))
+        if not all(joined(*(body if dof[body] >= 0 else -1 for body in pair)) for pair in ends.values()):
+            return True
+        for number in group.of[group.program >= 0].tolist():
+            joined(tuple(ends[number]), "held")
+    return not all(joined(*map(tuple, pair)) for group in couplings for pair in group.coupled.tolist())
 
 
 def length_at(groups: Iterable[ElementGroup], poses: np.ndarray, dof: np.ndarray) -> float:

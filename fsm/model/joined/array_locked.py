@@ -169,8 +169,8 @@ def find_multipliers(model: Joined, t: float, rate: np.ndarray, on_nodes: np.nda
 
 
 @kernel
-def consistent(model: Joined, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
-    """See `fsm.solve.stepping.model`."""
+def consistent(model: Joined, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, inside: bool) -> bool:
+    """See `fsm.solve.stepping.model`; openings inside steps are closed too."""
     if not lock(model, 0.0):
         return False
     close_openings(model, t, q, u)

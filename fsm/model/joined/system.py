@@ -146,7 +146,7 @@ class JoinedSystem(JoinedConfiguration):
         """See `SegmentForces`; frames are at their joints, at no distance from them."""
         return float(self.scales().length)
 
-    def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
+    def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, inside: bool = False) -> bool:
         """See `System`."""
         if not self.locking:
             return False

@@ -36,6 +36,7 @@ from fsm.model.bodies.pattern import BodyPattern
 from fsm.model.contact.contacts import ContactGroup
 from fsm.model.elements.element_group import ElementArrays, ElementGroup, ElementKernels
 from fsm.model.elements.elements import BushingGroup
+from fsm.model.elements.locked_inertia import have_loops
 from fsm.model.system.contact_arrays_of import ContactModel
 from fsm.solve.interface.records import Ready
 from fsm.solve.stepping.model import ArrayModel
@@ -158,11 +159,10 @@ def _arrays(
     poses, rates, force = bodies.pose.copy(), np.zeros(bodies.rate.shape), np.zeros(bodies.rate.shape)
     stiffness, damping, matrix = pattern.zeros(), pattern.zeros(), pattern.zeros()
     turned, kept = np.zeros((system.n_free if spatial else 0, 6, 6)), pattern.zeros()
-    per_moment = 1.0 / system.arm if system.locking else 0.0
     arrays = Arrays(
         bodies.free, bodies.inertia[bodies.free].ravel(), bodies.inertia, weight, poses, rates, force, stiffness, damping,
         matrix, factors, turned, system.scales().force_scale, pair_energy, poses.copy(), kept, kept.copy(),
-        q[: system.n_free * bodies.pose.shape[1]].copy(), np.array([0.0, 0.0, 0.0, 0.0, _pace(system), per_moment]),
+        q[: system.n_free * bodies.pose.shape[1]].copy(), _interval(system, pattern),
         pattern.dof, np.zeros(4), of_pattern, springs, loads,
         system.driven_arrays(),
     )  # fmt: skip
@@ -171,6 +171,12 @@ def _arrays(
         matrix=pattern.zeros(), factors=np.zeros(factors.shape),
     )  # fmt: skip
     return arrays, rest, elements
+
+
+def _interval(system: SegmentForces, pattern: BodyPattern) -> np.ndarray:
+    """See `Arrays`."""
+    per_moment = 1.0 / system.arm if system.locking else 0.0
+    return np.array([0.0, 0.0, 0.0, 0.0, _pace(system), per_moment, float(have_loops(system.locking, pattern.dof))])
 
 
 def _pace(system: SegmentForces) -> float:

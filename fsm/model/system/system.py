@@ -19,6 +19,7 @@ from fsm.kernels.newton_euler import (
     motion_energy,
     support_reactions,
 )
+from fsm.kernels.pointers import enter
 from fsm.model.bodies.configuration import Bodies
 from fsm.model.bodies.drive import PrescribedMotion
 from fsm.model.bodies.group import Group, PreviousPoses
@@ -187,16 +188,19 @@ class SegmentSystem(SegmentForces):
 
     # protocol: locked directions --------------------------------------------------------------------------------------
 
-    def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
+    def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, inside: bool = False) -> bool:
         """See `System`."""
         if not self.locking:
             return False
         from fsm.model.bodies.array_locked import close_openings, find_multipliers
+        from fsm.model.bodies.arrays import LOOPS
 
         model, (arrays, _), _ = self._locked
-        close_openings(model, t, q, u)
+        few = inside and arrays.interval[LOOPS] == 0.0
+        known = model.equations.factorise
+        enter(known, close_openings, model, float(t), q, u, few)
         arrays.force[:] = self._all_forces(t, *self.place(t, q, u))
-        return bool(find_multipliers(model, t, rate))
+        return bool(enter(known, find_multipliers, model, float(t), rate, few))
 
     def without_locks(self) -> SegmentSystem:
         """See `SegmentForces`."""

@@ -257,7 +257,7 @@ class System(Protocol):
         """Gradients (n, nu) of the openings of locked directions."""
         return np.zeros((0, self.nu))
 
-    def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
+    def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, inside: bool = False) -> bool:
         """Make a state consistent with locked directions; see `fsm.solve.stepping.model`."""
         return False
 

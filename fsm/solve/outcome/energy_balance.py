@@ -14,6 +14,7 @@ _ROUND_OFF = 1e-12
 JUDGED_FROM = 0.1
 """Part of the run in which no energy error stops the run: relative errors are large while the reference energy is
 small."""
+_EPSILON = float(np.finfo(float).eps)
 _LEAST = 1e-60
 """Least floor, J: products of round-off in a system that does not move."""
 
@@ -44,9 +45,12 @@ class EnergyBalance:
     pair_energy: np.ndarray = field(default_factory=lambda: np.zeros((2, 0)))
 
     @classmethod
-    def opened(cls, energy: Energy) -> EnergyBalance:
-        """Open the balance of a solve at the energy of its initial state."""
-        round_off_floor = max(_ROUND_OFF * sum(map(abs, energy.potential.values())), _LEAST)
+    def opened(cls, energy: Energy, work: float = 0.0) -> EnergyBalance:
+        """Open the balance of a solve at the energy of its initial state; `work` is `Scales.work`, J.
+
+        Round-off of the positions of bodies that joints hold changes their height, and thus their energy.
+        """
+        round_off_floor = max(_ROUND_OFF * sum(map(abs, energy.potential.values())), _EPSILON * work, _LEAST)
         return cls(start=energy.stored, round_off_floor=round_off_floor, pair_energy=np.zeros_like(energy.pair_power))
 
     def add(self, work: float, dissipated: float, of_pairs: np.ndarray) -> None:

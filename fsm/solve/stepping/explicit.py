@@ -3,8 +3,9 @@
 For mechanisms and free bodies without stiff springs, whose motion takes long steps at a small tolerance. The method is that
 of Dormand and Prince with 12 stages (Hairer, Norsett, Wanner 1993, DOP853), with errors of order 5 and 3. Quaternions are
 integrated as four numbers. Accelerations with locked directions come from the equations at acceleration level
-(`fsm.solve.stepping.model.consistent`). All stages and the end of each step are projected to openings and opening rates of
-zero. Work and dissipated energy are integrated with the same stages.
+(`fsm.solve.stepping.model.consistent`). All stages and the end of each step are projected to opening rates of zero. The end,
+and the stages of mechanisms with loops, are also projected to openings of zero. Work and dissipated energy are integrated
+with the same stages.
 
 Springs and dampers bound the step: h omega < 6 for a spring, h c/m < 6 for a damper.
 """
@@ -138,7 +139,7 @@ def take_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: f
         if error <= 1.0:
             q, u = _sum(motion.q, motion.of_q, rules.weights, h), _sum(motion.u, motion.of_u, rules.weights, h)
             with_unit_quaternions(q, u.shape[0])
-            if not _accelerate(model, np.nextafter(end, -math.inf), q, u, motion.rate):  # motors jump at breaks
+            if not _accelerate(model, np.nextafter(end, -math.inf), q, u, motion.rate, False):  # motors jump at breaks
                 return UNABLE if unable(model) else NO_SOLUTION
             part = part_of_step(model, end, q, u, h)
             if part == 1.0:
@@ -180,9 +181,9 @@ def _first_size(motion: ExplicitMotion, rules: ExplicitRules, left: float) -> fl
 
 
 @shared
-def _accelerate(model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
+def _accelerate(model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, inside: bool) -> bool:
     """Project q and u, and write their acceleration; false if the mass is singular."""
-    if consistent(model, t, q, u, rate):
+    if consistent(model, t, q, u, rate, inside):
         return True
     if not factorise_mass(model):
         return False
@@ -196,7 +197,7 @@ def _stage(model: Any, motion: ExplicitMotion, t: float, q: np.ndarray, u: np.nd
     raw = q.copy()
     with_unit_quaternions(q, u.shape[0])
     motion.of_u[number, :] = 0.0
-    if not _accelerate(model, t, q, u, motion.of_u[number]):
+    if not _accelerate(model, t, q, u, motion.of_u[number], number > 0):
         return False
     copy_into(pose_rates(raw, u), motion.of_q[number])
     motion.of_energy[number, 0], motion.of_energy[number, 1] = powers(model, t, q, u, motion.pairs, motion.drives)

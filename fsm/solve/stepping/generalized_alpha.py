@@ -266,7 +266,7 @@ def _start(model: Any, motion: Motion, rules: Rules, until: float, filtered: boo
     if not factorise_mass(model):
         return False
     copy_into(solve(model, present), motion.rate)
-    consistent(model, t, q, u, motion.rate)
+    consistent(model, t, q, u, motion.rate, False)
     if sizes[STEP_SIZE] == 0.0:
         sizes[STEP_SIZE] = _first_size(motion, rules, until - sizes[TIME])
     h = sizes[STEP_SIZE]
@@ -401,7 +401,7 @@ def _newton(model: Any, motion: Motion, rules: Rules, end: float, h: float, rene
 def _make_consistent(model: Any, end: float, q: np.ndarray, u: np.ndarray, a: np.ndarray, rate: np.ndarray) -> None:
     """Project q, u and u' at the end of a step; a - u' is kept."""
     found = rate.copy()
-    consistent(model, np.nextafter(end, -math.inf), q, u, rate)  # motors jump at breaks
+    consistent(model, np.nextafter(end, -math.inf), q, u, rate, False)  # motors jump at breaks
     for i in range(found.shape[0]):
         a[i] += rate[i] - found[i]
 

@@ -86,7 +86,7 @@ def march(
         for b in rules.breaks:
             if b == begin:  # powers may jump at this time, with the multipliers of locked directions
                 after = np.nextafter(begin, math.inf)
-                consistent(model, after, motion.q, motion.u, motion.rate.copy())
+                consistent(model, after, motion.q, motion.u, motion.rate.copy(), False)
                 balance[POWER] = energies(model, after, motion.q, motion.u, 0.0, record)[3]
         outcome = take_step(model, motion, rules, until)
         if outcome != STEPPED:

@@ -60,7 +60,7 @@ class ArrayModel(NamedTuple):
         t, state = 0.0, (0.0, q, u)
         arguments = Calls(
             state, state, (t, t, u, True), (), (u,), (u,), (q, u), (u,), (u,), (u,), (), (*state, t), state, state, (),
-            (*state, t, u), (t, t, True), (*state, np.zeros((2, 0)), u), (t,), (u,), (*state, u),
+            (*state, t, u), (t, t, True), (*state, np.zeros((2, 0)), u), (t,), (u,), (*state, u, True),
         )  # fmt: skip
         example = Example(arrays)
         return cls(pointers(kernels, Calls(*((example, *rest) for rest in arguments))), arrays)
@@ -192,14 +192,15 @@ def advance(model: Any, change: np.ndarray) -> bool:
     return bool(model.advance(change))
 
 
-def consistent(model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
+def consistent(model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, inside: bool) -> bool:
     """Make a state consistent with locked directions; false, without changes, if there are none.
 
     q (nq,) is corrected once, to second order in the openings. u (nu,) becomes the nearest velocity, in the norm of the
     kinetic energy, at which no locked direction opens. `rate` (nu,) becomes the acceleration with the multipliers that keep
-    it so; the model keeps these multipliers.
+    it so; the model keeps these multipliers. `inside` a step that ends without openings, q may stay if openings never depend
+    on each other, as in a tree of joints.
     """
-    return bool(model.consistent(t, q, u, rate))
+    return bool(model.consistent(t, q, u, rate, inside))
 
 
 def stored(model: Any, t: float, q: np.ndarray, u: np.ndarray, record: np.ndarray) -> tuple[float, float]:
@@ -221,7 +222,9 @@ def never_advances(model: Any, change: np.ndarray) -> bool:
 
 
 @kernel
-def always_consistent(model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
+def always_consistent(
+    model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, inside: bool
+) -> bool:
     """`consistent` of models without locked directions."""
     return False
 

@@ -78,7 +78,9 @@ class Run(ABC):
         system.commit(self.time, self.q, self.u)
         self.pending = [t for t in times if t >= self.time]
         self.last = system.observe(just_after(system, self.time), self.q, self.u)
-        self.energy_balance = EnergyBalance.opened(self.last.energy) if energy_balance is None else energy_balance
+        if energy_balance is None:
+            energy_balance = EnergyBalance.opened(self.last.energy, system.scales().work)
+        self.energy_balance = energy_balance
         self.balanced = self.time
         self._look(self.time, self.q, self.u, self.last)
         self._balance(self.last)
