@@ -437,8 +437,15 @@ class JoinedSystem(JoinedConfiguration):
 
     def memory(self) -> np.ndarray:
         """See `System`: quaternions of the frames, memory of the elements, gas, then memory of the bodies."""
+        return np.concatenate([self._memory_of_nodes(), super().memory()])
+
+    def element_memory(self) -> np.ndarray:
+        """See `System`."""
+        return np.concatenate([self._memory_of_nodes(), super().element_memory()])
+
+    def _memory_of_nodes(self) -> np.ndarray:
         gas = np.zeros(0) if self.chambers is None else self.chambers.gases.memory()
-        return np.concatenate([self._near.ravel(), self.elements.memory(), gas, super().memory()])
+        return np.concatenate([self._near.ravel(), self.elements.memory(), gas])
 
     def restore(self, memory: np.ndarray) -> None:
         """See `System`."""

@@ -317,7 +317,11 @@ class SegmentSystem(SegmentForces):
 
     def memory(self) -> np.ndarray:
         """See `System`: memory of contacts, then of creases."""
-        return np.concatenate([self.contacts.memory(), *(group.memory() for group in self._sliding)])
+        return np.concatenate([self.contacts.memory(), SegmentSystem.element_memory(self)])
+
+    def element_memory(self) -> np.ndarray:
+        """See `System`."""
+        return np.concatenate([np.zeros(0), *(group.memory() for group in self._sliding)])
 
     def restore(self, memory: np.ndarray) -> None:
         """See `System`."""

@@ -187,8 +187,15 @@ class System(Protocol):
         """All internal variables as one flat array; empty for most scenes."""
         return np.zeros(0)
 
+    def element_memory(self) -> np.ndarray:
+        """Internal variables without those of contacts, of the same length at all times; results have them at all states."""
+        return self.memory()
+
     def restore(self, memory: np.ndarray) -> None:
-        """Set the internal variables, for a restart or after rejected steps; an empty array resets them."""
+        """Set the internal variables, for a restart or after rejected steps; an empty array resets them.
+
+        `element_memory` is accepted too; the memory of contacts is then empty.
+        """
         return
 
     def counters(self) -> np.ndarray:
