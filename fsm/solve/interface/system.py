@@ -17,6 +17,7 @@ from fsm.solve.interface.records import (
     Depths,
     Energy,
     Linearised,
+    LockedSprings,
     Observation,
     PreviousState,
     Ready,
@@ -263,6 +264,10 @@ class System(Protocol):
     def locked_rows(self, t: float, q: np.ndarray) -> np.ndarray:
         """Gradients (n, nu) of the openings of locked directions."""
         return np.zeros((0, self.nu))
+
+    def locked_springs(self, t: float, q: np.ndarray) -> LockedSprings | None:
+        """Locked directions of springs at rest; None without any."""
+        return None
 
     def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray) -> bool:
         """Make a state consistent with locked directions; see `fsm.solve.stepping.model`."""
