@@ -94,7 +94,7 @@ def test_a_free_sheet_has_six_rigid_motions_and_the_folding_mode() -> None:
     """Rigid motions have no stiffness, so the shift of the inverse iterations must not be one of them."""
     modes = solved(3, 0.6, [], {"kind": "modes", "modes": 9}).solution.modes
     assert modes is not None and len(modes.frequency) == 7
-    assert np.abs(modes.frequency[:6]).max() < 1e-4 < 1.0 < modes.frequency[6]
+    assert np.abs(modes.frequency[:6] / modes.frequency[6]).max() ** 2 < 1e-8  # round-off of springs 1e7 times as stiff
 
 
 def test_a_relaxed_sheet_hangs_in_equilibrium() -> None:
