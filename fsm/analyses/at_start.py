@@ -6,8 +6,10 @@ import numpy as np
 
 from fsm.errors import NotConverged
 from fsm.solve.equations.at_rest import at_rest
+from fsm.solve.equations.equilibrium_step import Ending, EquilibriumStep
 from fsm.solve.equations.newton import equilibrium, held_still, negative_pivots
 from fsm.solve.interface.system import System
+from fsm.solve.stepping.quasi_static import BEFORE
 
 _RESTING = 1e-12
 """Distance to the equilibrium, relative to the size of an element or a radian, below which a configuration counts as the
@@ -42,7 +44,7 @@ def equilibrium_at_start(system: System, q: np.ndarray, t: float = 0.0) -> np.nd
         found = equilibrium(system, q, np.array([t]))
         way = float(np.abs(system.difference(q, found) / size).max(initial=0.0))
         if way <= _RESTING:
-            return _closed(system, t, q)
+            return _closed(system, t, q) if system.hold_still(True) else q
         if way <= _NEAR and not negative_pivots(system, t, found) and _reached(system, q, found, t, memory):
             return _closed(system, t, found)
     except NotConverged:
@@ -72,11 +74,25 @@ def _downhill(system: System, q: np.ndarray, t: float, memory: np.ndarray) -> np
 
 
 def _closed(system: System, t: float, q: np.ndarray) -> np.ndarray:
-    """Equilibrium with closed locked directions, whose multipliers are kept, near one in which penalties hold them."""
+    """Equilibrium with closed locked directions, whose multipliers are kept, near one in which penalties hold them.
+
+    Locked springs keep their deformation if they do not close, as those of a sheet that is nearly flat.
+    """
     if system.hold_still(True):
         q = equilibrium(system, q, np.array([t]))
         system.commit(t, q, np.zeros(system.nu))
-    return q
+        return q
+    newton = EquilibriumStep(system)
+    efforts = newton.efforts(t, q)
+    if newton.mixed is None or efforts is None or not newton.mixed.take_up(efforts, BEFORE):
+        return q
+    newton.largest_reaction = system.observe(t, q, None).reaction
+    found = newton.solve(t, q, (t, q))
+    if found.ending is not Ending.CONVERGED:
+        system.lock(0.0)
+        return q
+    system.commit(t, found.q, np.zeros(system.nu))
+    return found.q
 
 
 def _reset(system: System, q: np.ndarray, t: float, memory: np.ndarray) -> None:

@@ -16,6 +16,7 @@ from fsm.case.schema.model import Model
 from fsm.errors import CaseError, ExpectationFailed, Fault
 
 if TYPE_CHECKING:
+    from fsm.analyses.of_record import SystemOfRecord
     from fsm.case.models.sheet import Sheet
     from fsm.studies.sensitivity import Sensitivity
 
@@ -411,6 +412,32 @@ class Result(Results):
             )
             raise CaseError([Fault("extensions", text)], name)
         return Case.from_tables(tables, Path(name))
+
+    def system(self, record: int = -1) -> SystemOfRecord:
+        """System of the model in a saved state, for forces, stiffness and energies there.
+
+        The system has the multipliers of locked directions, the hysteresis and the latches of the state; one from
+        `fsm.compile_scene` has those of the start.
+
+        Parameters
+        ----------
+        record : int
+            Number of the record, from 0; negative numbers count from the end.
+
+        Returns
+        -------
+        SystemOfRecord
+            ``system, time, q, u``; at rest ``system.observe(time, q, None).drive.force`` are the forces of the drives.
+
+        Raises
+        ------
+        CaseError
+            The result has no such record; an earlier version has written it, without internal variables; or the step has
+            contact, whose internal variables are not stored.
+        """
+        from fsm.analyses.of_record import system_of_record
+
+        return system_of_record(self.case.model, self.solution, record, str(self._file))
 
 
 class CaseCheck:

@@ -8,11 +8,13 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from fsm.case.derived.frame_bodies import with_frames
 from fsm.case.derived.joint_frames import joint_axes
 from fsm.case.derived.joint_margin import margin_results
 from fsm.case.derived.rebound import loss_of_rebound
 from fsm.case.models.joint import TURNING, SceneJoint
 from fsm.case.models.joint_action import LEAST_REBOUND
+from fsm.case.models.scene import Scene
 from fsm.check.view import CheckContext
 from fsm.model.plan.joint_state import MOST_FOLLOWED, JointsAtStart
 from fsm.model.plan.motion_method import MotionMethod
@@ -41,7 +43,7 @@ def joint_lines(view: CheckContext) -> Iterator[str]:
     if len(joints) > _LISTED:
         yield f"and {len(joints) - _LISTED} more"
     if view.scene.flexible:
-        yield "degrees of freedom and repeated directions are not counted beside films, cables, beams, trusses and facets"
+        yield from _beside_nodes(view.scene)
         return
     found = JointsAtStart(view.scene)
     yield from _rebounds(joints, MotionMethod(found))
@@ -54,6 +56,20 @@ def joint_lines(view: CheckContext) -> Iterator[str]:
     if len(joints) > int(found.free.sum()) and len(found.labels) * view.records > MOST_FOLLOWED:
         many = f"{count(len(found.labels), 'locked direction')} at {view.records} records, more than {MOST_FOLLOWED} in all"
         yield f"branch points are not looked for: {many}; save less often"
+
+
+def _beside_nodes(scene: Scene) -> Iterator[str]:
+    """Locked directions that repeat others however films, cables, beams, trusses and facets deform."""
+    scene = with_frames(scene)
+    on_nodes = {frame.name for frame in scene.frames}
+    loose = {"mass": 1.0, "inertia": (1.0, 1.0, 1.0), "held": False}
+    bodies = tuple(body.model_copy(update=loose) if body.name in on_nodes else body for body in scene.bodies)
+    found = JointsAtStart(scene.model_copy(update={"bodies": bodies}))
+    directions = count(len(found.labels), "locked direction")
+    text = f"{directions} at the start; {len(found.repeated)} of them follow from those before them"
+    names = f": {', '.join(found.repeated)}" if found.repeated else ""
+    yield f"{text} however the flexible parts deform{names}"
+    yield "degrees of freedom, and directions that repeat others because of the meshes of flexible parts, are not counted"
 
 
 def _rebounds(joints: Sequence[SceneJoint], motion: MotionMethod) -> Iterator[str]:

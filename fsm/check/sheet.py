@@ -70,7 +70,7 @@ def sheet_lines(view: CheckContext) -> Iterator[str]:
         times = f"{rigid_factor(case, pattern):.0e} times as stiff as the stiffest crease"
         yield f"rigid joints are springs, {times}" if not has_loops(pattern) else (
             f"rigid joints do not deform in statics, except near a flat state, where motions across the joints meet hardly "
-            f"any resistance; there, in motions and in natural modes they are springs, {times}"
+            f"any resistance; there and in motions they are springs, {times}; natural modes leave them closed"
         )
 
 

@@ -61,7 +61,7 @@ PAIRS: dict[str, tuple[str, str]] = {
 """Quantities of every contact pair in a record: unit and description. Without contact, all quantities except gap and
 energies are 0."""
 
-FLOATS = ("time", "q", "u", "travel", "force", *PAIRS, "shape", "program_time")
+FLOATS = ("time", "q", "u", "travel", "force", *PAIRS, "shape", "program_time", "memory")
 """Fields of a record that are numbers or arrays of numbers."""
 INTEGERS = ("negative_pivots", "step")
 """Fields of a record that are integers."""
@@ -116,6 +116,9 @@ class Record(_Fields):
     program_time : s
         Time at which loads and drives are evaluated. The program time differs from `time` on a path by arc length; absent:
         `time`.
+    memory : (n_memory,) array
+        Internal variables of the elements: multipliers of locked directions, turns, hysteresis, latches; those of a step
+        with fewer elements are followed by zeros.
     """
 
     time: float
@@ -124,6 +127,7 @@ class Record(_Fields):
     channels: dict[str, Floats] = field(default_factory=dict)
     step: int = 1
     program_time: float = math.nan
+    memory: Floats = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         if math.isnan(self.program_time):
@@ -219,6 +223,8 @@ class Solution(_Fields):
         Times at which loads and drives are taken; NaN in older files.
     load_path : LoadPath or None
         Loads at all points of paths by arc length.
+    memory : (n, n_memory) array
+        Internal variables of the elements, see `Record`; (n, 0) in older files. `fsm.Result.system` uses them.
     """
 
     time: Floats
@@ -235,6 +241,7 @@ class Solution(_Fields):
     modes: StepModes | None = None
     program_time: Floats = field(default_factory=lambda: np.zeros(0))
     load_path: LoadPath | None = None
+    memory: Floats = field(default_factory=lambda: np.zeros((0, 0)))
 
     def __len__(self) -> int:
         return len(self.time)

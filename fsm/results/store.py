@@ -8,6 +8,7 @@ Layout (groups and datasets of parts that a structure does not have are absent):
     /step_name           names of the steps
     /step_modes/frequency, step, shape, increment   (mode, ...)   natural modes that steps have found
     /state/q, u          (time, coordinate), (time, rate)
+    /state/memory        (time, memory_number)  internal variables of elements: multipliers, hysteresis, latches
     /energy/kinetic ...  (time)                 all of `fsm.results.solution.ENERGIES`
     /drive/travel, force (time, drive_name)
     /curve/travel, force (curve_time, drive_name), path, panels, creases (curve_time) at steps of the solver, decimated
@@ -74,6 +75,7 @@ class Variable(NamedTuple):
 VARIABLES: dict[str, Variable] = {
     "q": Variable("state/q", ("coordinate",), "m, rad", "configuration"),
     "u": Variable("state/u", ("rate",), "m/s, rad/s", "velocity"),
+    "memory": Variable("state/memory", ("memory_number",), "SI", "internal variables of elements, as multipliers"),
     "travel": Variable("drive/travel", ("drive_name",), "m", "travel of the drive"),
     "force": Variable("drive/force", ("drive_name",), "N", "force of the drive, positive in its direction"),
     **{
@@ -150,6 +152,8 @@ def read_solution(path: str | Path, records: bool = True) -> Solution:
 def _read_rows(file: Any, name: str, n: int) -> Any:
     path, dims, _, _ = VARIABLES[name]
     if path not in file:
+        if any(dim not in file for dim in dims):  # by a version without this variable
+            return np.zeros((n, 0))
         tail = tuple(len(file[dim]) for dim in dims)
         if 0 not in tail:
             raise KeyError(f"/{path} is missing")

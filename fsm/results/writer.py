@@ -108,7 +108,7 @@ class ResultWriter(Records):
             if self._failure is not None:
                 raise self._failure
             self._records.append(record)
-            self._record_bytes = record.shape.nbytes + record.q.nbytes + record.u.nbytes + 512
+            self._record_bytes = sum(each.nbytes for each in (record.shape, record.q, record.u, record.memory)) + 512
             due = time.monotonic() - self._flushed_at >= self._flush_every
             if due or len(self._records) * self._record_bytes > BUFFER_BYTES:
                 self._flush()
@@ -255,6 +255,7 @@ def _write_records(file: Any, layout: Layout, rows: dict[str, Any]) -> None:
     add_scale(file, "time", rows["time"], "time", "s", 256, np.nan)
     add_scale(file, "coordinate", np.arange(rows["q"].shape[1]), "number of the coordinate")
     add_scale(file, "rate", np.arange(rows["u"].shape[1]), "number of the velocity")
+    add_scale(file, "memory_number", np.arange(rows["memory"].shape[1]), "number of the internal variable")
     dims = {dim for variable in variables.values() for dim in variable.dims}
     size_of = {dim: len(file[dim]) for dim in dims}
     for name, variable in variables.items():

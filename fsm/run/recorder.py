@@ -452,9 +452,17 @@ class RecordedSolve:
                 ),
                 step=self.number + 1,
                 program_time=t,
+                memory=self._memory(),
             )
         )
         self.records += 1
+
+    def _memory(self) -> np.ndarray:
+        """Internal variables of the elements, in an array as long as that of the system of all steps."""
+        memory = self.current.element_memory()
+        if self.current is self.analysis.system:
+            return memory
+        return np.concatenate([memory, np.zeros(len(self.analysis.system.element_memory()) - len(memory))])
 
     def _step(self, writer: Records, bar: Progress, energy_balance: EnergyBalance, end: AcceptedStep) -> None:
         self.latest = end

@@ -4,6 +4,10 @@ this takes as little time.
 Lanczos may miss modes of equal frequency, since one start vector contains only one of them. Sylvester's law of inertia
 detects this: the number of negative pivots of K - sigma M is the number of modes below sigma. If modes are missing,
 more modes are computed; if modes are still missing, the dense solver is used.
+
+Modes with locked springs start from those with their stiffness. Inverse iterations then solve for x with the springs closed,
+as in statics: (K - sigma M) x = M y - G^T lambda, lambda <- lambda + k G x with the gradients G and the stiffness k of the
+locked springs (augmented Lagrangian; Bayo and Ledesma 1996). No mode belongs to the springs alone.
 """
 
 from __future__ import annotations
@@ -21,6 +25,7 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 from fsm.errors import NotConverged
 from fsm.kernels.blocks import BlockMatrix
 from fsm.solve.equations.linear import LinearSolver, first_of_largest
+from fsm.solve.interface.records import LockedSprings
 from fsm.solve.interface.system import System
 
 _DENSE_SIZE = 60
@@ -42,6 +47,11 @@ _RESTARTS = 50
 _REPEATED = 1e-8
 """Smallest singular value of the openings of locked directions, relative to the largest, that does not follow from
 others."""
+_CLOSURES, _CLOSED, _ROUND_OFF, _CLOSES = 100, 1e-22, 1e-12, 0.7
+"""Largest number of solutions that close locked springs; ratio of the energy of their deformation to the work at which they
+are closed, and below which it may be round-off; and largest ratio of successive energies of springs that close."""
+_INDEPENDENT = 1e-7
+"""Smallest singular value of solutions with closed springs, relative to the largest, that belongs to a mode."""
 _APART = 1e-6
 """Relative difference below which two frequencies may be equal."""
 _SEED: dict[str, Any] = {"rng": 0} if "rng" in inspect.signature(eigsh).parameters else {}
@@ -121,6 +131,11 @@ def modes(system: System, t: float, q: np.ndarray, count: int = 10, shift: float
             found = _lanczos(problem, count, shift)
     method = "dense" if found is None else "lanczos"
     squared, shapes = _dense(problem, count, shift) if found is None else found
+    springs = None if problem.locked else system.locked_springs(t, q)
+    closed = None if springs is None else _with_closed_springs(problem, springs, squared, shapes)
+    if closed is not None:
+        squared, shapes, residuals = closed
+        return Modes(squared, _signed(problem, shapes), residuals, problem.resolution, problem.asymmetry, method)
     shapes = _signed(problem, shapes)
     return Modes(squared, shapes, problem.residuals(squared, shapes), problem.resolution, problem.asymmetry, method)
 
@@ -283,6 +298,52 @@ def _polished(problem: _Problem, shift: float, solver: LinearSolver, shapes: np.
     projected = [better.T @ (matrix @ better) for matrix in (stiffness, inertia)]
     squared, turn = eigh(*(0.5 * (matrix + matrix.T) for matrix in projected))
     return squared, better @ turn
+
+
+def _with_closed_springs(
+    problem: _Problem, springs: LockedSprings, squared: np.ndarray, shapes: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+    """Modes (squared, shapes, residuals) in which locked springs do not deform, from those in which they do; None if the
+    springs do not close. Fewer modes are returned if some were motions of the springs alone.
+    """
+    stiffness, inertia = springs.others.symmetric().bsr(), problem.inertia.bsr()
+    kept = np.ascontiguousarray(shapes.T)
+    elastic = np.abs(squared[np.abs(squared) > 100.0 * problem.resolution])  # without rigid motions
+    shift = min(float(squared.min()), 0.0) - 0.3 * (float(elastic.min()) if len(elastic) else 1e3 * problem.resolution)
+    solver = problem.factorise(shift)
+    for _ in range(_POLISHED):
+        better = _closed(solver, springs, inertia @ kept)
+        if better is None:
+            return None
+        _, sizes, turn = np.linalg.svd(np.sqrt(problem.mass_diagonal)[:, None] * better, full_matrices=False)
+        count = int(np.sum(sizes > _INDEPENDENT * sizes[0]))
+        basis = turn[:count].T / sizes[:count]  # motions of the springs alone have vanished
+        kept, better = kept @ basis, better @ basis
+        projected = [better.T @ (matrix @ better) for matrix in (stiffness, inertia)]
+        squared, turn = eigh(*(0.5 * (matrix + matrix.T) for matrix in projected))
+        rest = kept @ turn + (better @ turn) * (shift - squared)  # M^-1 (K phi - omega^2 M phi + forces of the springs)
+        kept = better @ turn
+    return squared, np.ascontiguousarray(kept.T), np.sqrt(np.sum(rest * (inertia @ rest), axis=0))
+
+
+def _closed(solver: LinearSolver, springs: LockedSprings, right: np.ndarray) -> np.ndarray | None:
+    """Solutions (nu, count) with closed springs; None if the springs do not close."""
+    rows, weights = springs.rows, springs.stiffness[:, None]
+    efforts, found = np.zeros((rows.shape[0], right.shape[1])), _solve_all(solver, right)
+    opening = rows @ found
+    work, before = np.sum(found * right, axis=0), np.sum(weights * opening**2, axis=0)
+    for _ in range(_CLOSURES):
+        efforts += weights * opening
+        found = _solve_all(solver, right - rows.T @ efforts)
+        opening = rows @ found
+        after = np.sum(weights * opening**2, axis=0)
+        slow = after > _CLOSES * before
+        if np.any(slow & (after > _ROUND_OFF * work)):
+            return None
+        if np.all(slow | (after <= _CLOSED * work)):
+            return found
+        before = after
+    return None
 
 
 def _solve_all(solver: LinearSolver, right: np.ndarray) -> np.ndarray:

@@ -201,3 +201,13 @@ def sheet_case(**joint: Any) -> dict[str, Any]:
 def test_wrong_uses_are_refused(given: dict[str, Any], said: str, tmp_path: Path) -> None:
     with pytest.raises(CaseError, match=said):
         fsm.load(given).run(tmp_path, figures=False)
+
+
+def test_check_names_joints_that_repeat_others_beside_flexible_parts() -> None:
+    """A hinge on the end of a beam repeats nothing by itself; the same hinge again repeats all five directions."""
+    once = [hinge("one", "ground", "beam.start", 0.0)]
+    for joints, repeated in ((once, "0"), ([*once, hinge("again", "ground", "beam.start", 0.0)], "5")):
+        lines = fsm.load(case(joints, {"end_time": 1.0}, beams=[beam()])).check().lines
+        (line,) = [line for line in lines if "however the flexible parts deform" in line]
+        assert f"{5 * len(joints)} locked directions at the start; {repeated} of them" in line
+        assert ("again (along e1)" in line) == (repeated == "5")

@@ -33,7 +33,8 @@ _HINGE = tuple(name for name in DIRECTIONS if name != "psi")
 RIGID = 1e7
 """Stiffness of the joints of rigid facets, relative to the stiffest crease k: k over its length squared in translation, k
 in rotation across the crease. In statics the joints are locked, and this is their penalty: round-off of the forces is
-proportional to it. In natural modes the flexibility of the joints causes an error in inverse proportion to it."""
+proportional to it. In motions the flexibility of the joints causes an error in inverse proportion to it; implicit steps do
+not become shorter with it."""
 
 
 RIGID_OF_FOLDING = 1e6
@@ -42,14 +43,8 @@ can hide the sign of a small pivot; the joints of a chain of facets do not act a
 as a whole."""
 
 
-RIGID_OF_MOTION = 1e5
-"""`RIGID` for a motion with inertia; its step sizes depend on the frequencies of the joints."""
-
-
 def rigid_factor(case: Case, pattern: Pattern) -> float:
     """Stiffness of rigid joints relative to the stiffest crease."""
-    if is_motion(case):
-        return RIGID_OF_MOTION
     folds = case.sheet is not None and case.sheet.fold_to is not None
     return RIGID if has_loops(pattern) and not folds else RIGID_OF_FOLDING
 

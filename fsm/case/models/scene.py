@@ -189,7 +189,7 @@ class ForceElement(Model):
     locked: tuple[Direction, ...] = Field(
         default=(),
         description="directions that a load does not deform in statics: a multiplier takes up the effort, and the stiffness "
-        "only sets its convergence. In motions and natural modes, and with `latch`, the spring deforms",
+        "only sets its convergence. In motions, and with `latch`, the spring deforms",
         json_schema_extra={"range": "names of directions with a stiffness"},
     )
     steps: tuple[str, ...] | None = Field(

@@ -241,6 +241,10 @@ class PanelGasSystem(SegmentSystem):
         """See `System`: gas, then contacts and creases."""
         return np.concatenate([self.chambers.gases.memory(), super().memory()])
 
+    def element_memory(self) -> np.ndarray:
+        """See `System`."""
+        return np.concatenate([self.chambers.gases.memory(), super().element_memory()])
+
     def restore(self, memory: np.ndarray) -> None:
         """See `System`."""
         size = self.chambers.gases.remembered

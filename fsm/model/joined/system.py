@@ -37,7 +37,7 @@ from fsm.model.nodes.facets.facet_group import FacetGroup
 from fsm.model.nodes.facets.pressure import PressedFaces
 from fsm.model.nodes.matrices import mass_data, set_held
 from fsm.model.nodes.system.system import AncfSystem
-from fsm.solve.interface.records import Energy, Linearised, Observation, PreviousState, Ready
+from fsm.solve.interface.records import Energy, Linearised, LockedSprings, Observation, PreviousState, Ready
 from fsm.solve.stepping.model import ArrayModel
 from fsm.text.load_names import PRESSURE
 
@@ -221,6 +221,10 @@ class JoinedSystem(JoinedConfiguration):
         fold_forces(wrenches, self._first, self._rows, self._members(self._maps(nodes, np.zeros_like(nodes), None)[0]), out)
         out[self._fixed.ravel()] = 0.0
         return out
+
+    def locked_springs(self, t: float, q: np.ndarray) -> LockedSprings | None:
+        """See `System`; springs between bodies and nodes keep their stiffness."""
+        return None
 
     def _pattern_of(self, bodies: BodyPattern) -> JoinedPattern:
         if self._joined is None or self._joined_of is not bodies:
@@ -437,8 +441,15 @@ class JoinedSystem(JoinedConfiguration):
 
     def memory(self) -> np.ndarray:
         """See `System`: quaternions of the frames, memory of the elements, gas, then memory of the bodies."""
+        return np.concatenate([self._memory_of_nodes(), super().memory()])
+
+    def element_memory(self) -> np.ndarray:
+        """See `System`."""
+        return np.concatenate([self._memory_of_nodes(), super().element_memory()])
+
+    def _memory_of_nodes(self) -> np.ndarray:
         gas = np.zeros(0) if self.chambers is None else self.chambers.gases.memory()
-        return np.concatenate([self._near.ravel(), self.elements.memory(), gas, super().memory()])
+        return np.concatenate([self._near.ravel(), self.elements.memory(), gas])
 
     def restore(self, memory: np.ndarray) -> None:
         """See `System`."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -28,8 +29,10 @@ from fsm.model.bodies.pattern import BodyPattern
 from fsm.model.contact.contacts import ContactGroup
 from fsm.model.contact.shapes.shape_contacts import ShapeContacts
 from fsm.model.elements.element_group import ElementGroup
+from fsm.model.elements.elements import BushingGroup
+from fsm.model.elements.spring_locks import SpringLocks
 from fsm.model.system.force_system import SegmentForces
-from fsm.solve.interface.records import Energy, Observation, PreviousState, Ready, StepRejection
+from fsm.solve.interface.records import Energy, LockedSprings, Observation, PreviousState, Ready, StepRejection
 from fsm.solve.stepping.model import ArrayModel
 
 if TYPE_CHECKING:
@@ -206,6 +209,34 @@ class SegmentSystem(SegmentForces):
         """See `SegmentForces`."""
         return self.variant(self.bodies, self.motions, tuple(group for group in self.groups if not _locks(group)))
 
+    def locked_springs(self, t: float, q: np.ndarray) -> LockedSprings | None:
+        """See `System`."""
+        if not self._held:
+            return None
+        from scipy import sparse
+
+        poses, _ = self.place(t, q, None)
+        gradients, columns, stiffness = [], [], []
+        for group in self._springs:
+            element, direction = np.nonzero(group.locked)
+            measured = group.measure(poses, self.at_rest, group.bodies, *group.geometry)[2]
+            places = self._dof[group.bodies[element]][:, :, None] * self.size + np.arange(self.size)
+            gradients.append(measured[element, direction])
+            columns.append(np.where(places < 0, -1, places).reshape(len(element), 2 * self.size))
+            stiffness.append(group.stiffness[element, direction])
+        values, at = np.concatenate(gradients), np.concatenate(columns)
+        row, k = np.nonzero(at >= 0)
+        rows = sparse.csr_matrix((values[row, k], (row, at[row, k])), shape=(len(at), self.nu))
+        others = list[Group]()
+        for one in (group for group in self.groups if not isinstance(group, SpringLocks)):
+            if isinstance(one, BushingGroup):
+                others.append(replace(one, stiffness=np.where(one.locked, 0.0, one.stiffness)))
+            else:
+                others.append(one)
+        without = self.variant(self.bodies, self.motions, tuple(others))
+        remaining = without._linearised(t, q, None, None, self.efforts(t, q)).stiffness
+        return LockedSprings(rows, np.concatenate(stiffness), remaining)
+
     @cached_property
     def _locked(self) -> tuple[Segments, tuple[Arrays, Arrays], list[ElementArrays]]:
         """Model of the bodies with the locked directions alone, with its arrays; the groups share their multipliers."""
@@ -321,7 +352,11 @@ class SegmentSystem(SegmentForces):
 
     def memory(self) -> np.ndarray:
         """See `System`: memory of contacts, then of creases."""
-        return np.concatenate([self.contacts.memory(), *(group.memory() for group in self._sliding)])
+        return np.concatenate([self.contacts.memory(), SegmentSystem.element_memory(self)])
+
+    def element_memory(self) -> np.ndarray:
+        """See `System`."""
+        return np.concatenate([np.zeros(0), *(group.memory() for group in self._sliding)])
 
     def restore(self, memory: np.ndarray) -> None:
         """See `System`."""

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from fsm.kernels.blocks import BlockMatrix, BlockPattern, Elimination
+
+if TYPE_CHECKING:
+    from scipy import sparse
 
 
 @dataclass(frozen=True)
@@ -133,6 +136,23 @@ class Linearised:
     force: np.ndarray
     stiffness: BlockMatrix
     damping: BlockMatrix
+
+
+class LockedSprings(NamedTuple):
+    """Locked directions of springs at rest.
+
+    Attributes
+    ----------
+    rows : sparse (n, nu) matrix
+        Gradients of their deformations.
+    stiffness : (n,) array, N/m or N m/rad
+    others : BlockMatrix
+        Stiffness K = -dh/dx without that of the locked directions.
+    """
+
+    rows: sparse.csr_matrix
+    stiffness: np.ndarray
+    others: BlockMatrix
 
 
 @dataclass(frozen=True)

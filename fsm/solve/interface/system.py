@@ -17,6 +17,7 @@ from fsm.solve.interface.records import (
     Depths,
     Energy,
     Linearised,
+    LockedSprings,
     Observation,
     PreviousState,
     Ready,
@@ -187,8 +188,15 @@ class System(Protocol):
         """All internal variables as one flat array; empty for most scenes."""
         return np.zeros(0)
 
+    def element_memory(self) -> np.ndarray:
+        """Internal variables without those of contacts, of the same length at all times; results have them at all states."""
+        return self.memory()
+
     def restore(self, memory: np.ndarray) -> None:
-        """Set the internal variables, for a restart or after rejected steps; an empty array resets them."""
+        """Set the internal variables, for a restart or after rejected steps; an empty array resets them.
+
+        `element_memory` is accepted too; the memory of contacts is then empty.
+        """
         return
 
     def counters(self) -> np.ndarray:
@@ -256,6 +264,10 @@ class System(Protocol):
     def locked_rows(self, t: float, q: np.ndarray) -> np.ndarray:
         """Gradients (n, nu) of the openings of locked directions."""
         return np.zeros((0, self.nu))
+
+    def locked_springs(self, t: float, q: np.ndarray) -> LockedSprings | None:
+        """Locked directions of springs at rest; None without any."""
+        return None
 
     def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, inside: bool = False) -> bool:
         """Make a state consistent with locked directions; see `fsm.solve.stepping.model`."""
