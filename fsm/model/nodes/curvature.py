@@ -100,6 +100,42 @@ def curvature_rates(g: np.ndarray, v: np.ndarray, n: np.ndarray, size: float, c:
 
 
 @kernel(inline=True)
+def curvature_gradient_rates(
+    g: np.ndarray, v: np.ndarray, n: np.ndarray, size: float, work: np.ndarray, out: np.ndarray
+) -> None:
+    """Compute the rates (3, 15) of `curvature_gradient`; v (15,) holds the rates of g, and `work` (5, 3) is scratch."""
+    turned, c, rate, part, other = work[0], work[1], work[2], work[3], work[4]
+    _cross(v[0:3], g[3:6], turned)
+    _cross(g[0:3], v[3:6], part)
+    grown, per_size = 0.0, 1.0 / size
+    for a in range(3):
+        turned[a] += part[a]
+        grown += n[a] * turned[a]
+    for a in range(3):
+        turned[a] = (turned[a] - grown * n[a]) * per_size  # the rate of n
+    for k in range(3):
+        along = changed = 0.0
+        for a in range(3):
+            along += n[a] * g[6 + 3 * k + a]
+            changed += turned[a] * g[6 + 3 * k + a] + n[a] * v[6 + 3 * k + a]
+        for a in range(3):
+            c[a] = (g[6 + 3 * k + a] - along * n[a]) * per_size
+            rate[a] = (v[6 + 3 * k + a] - changed * n[a] - along * turned[a] - grown * c[a]) * per_size
+        for a in range(6, 15):
+            out[k, a] = 0.0
+        for a in range(3):
+            out[k, 6 + 3 * k + a] = turned[a]
+        _cross(v[3:6], c, part)
+        _cross(g[3:6], rate, other)
+        for a in range(3):
+            out[k, a] = part[a] + other[a]
+        _cross(rate, g[0:3], part)
+        _cross(c, v[0:3], other)
+        for a in range(3):
+            out[k, 3 + a] = part[a] + other[a]
+
+
+@kernel(inline=True)
 def _normal_columns(g: np.ndarray, dn: np.ndarray) -> None:
     """Compute derivatives (3, 6) of n with respect to r_X and r_Y: dn = -[r_Y] dr_X + [r_X] dr_Y."""
     for k in range(2):
@@ -168,27 +204,69 @@ def add_curvature_hessian(
     out[4, 2] -= c[0]
 
 
-@kernel
+@kernel(inline=True)
 def map_vectors(inner: np.ndarray, rows: np.ndarray, out: np.ndarray) -> None:
     """Derivatives (m, 27) by nodal vectors from derivatives (m, 15) by slopes and curvature vectors; `rows` is (5, 9)."""
     for i in range(inner.shape[0]):
         for v in range(9):
             for a in range(3):
-                total = 0.0
-                for d in range(5):
-                    total += inner[i, 3 * d + a] * rows[d, v]
-                out[i, 3 * v + a] = total
+                out[i, 3 * v + a] = (
+                    inner[i, a] * rows[0, v] + inner[i, 3 + a] * rows[1, v] + inner[i, 6 + a] * rows[2, v]
+                    + inner[i, 9 + a] * rows[3, v] + inner[i, 12 + a] * rows[4, v]
+                )  # fmt: skip
 
 
-@kernel
-def add_mapped(inner: np.ndarray, rows: np.ndarray, half: np.ndarray, out: np.ndarray) -> None:
-    """Add the upper triangle of the matrix (27, 27) by nodal vectors of a symmetric matrix (15, 15) by slopes and curvature
-    vectors; `half` (15, 27) is overwritten.
+@kernel(inline=True)
+def add_curvature_stiffness(
+    g: np.ndarray, n: np.ndarray, size: float, m: np.ndarray, rows: np.ndarray, work: np.ndarray, half: np.ndarray,
+    out: np.ndarray,
+) -> None:  # fmt: skip
+    """Add a matrix (27, 27) whose sum with its transpose has the second derivatives of m . (kappa_XX, kappa_YY, kappa_XY) by
+    nodal vectors.
+
+    Parameters
+    ----------
+    g, n, size, m : see `add_curvature_hessian`
+    rows : (5, 9) array
+        Slopes and curvature vectors from the nodal vectors.
+    work : (15, 15) array, scratch
+    half : (6, 27) array, scratch
+    out : (27, 27) array, changed in place
     """
-    map_vectors(inner, rows, half)
+    # 1/2 of the second derivatives by two slopes, and all of those by a slope and a curvature vector, for one curvature
+    # vector m . r_ij instead of three
+    dn, on_n, on_rest = work[0:3, 0:6], work[3], work[4]
+    total, rest, c, along = work[5], work[6], work[7], 0.0
+    for a in range(3):
+        total[a] = m[0] * g[6 + a] + m[1] * g[9 + a] + m[2] * g[12 + a]
+    for a in range(3):
+        along += n[a] * total[a]
+    for a in range(3):
+        rest[a] = total[a] - along * n[a]
+        c[a] = rest[a] / size
+    _normal_columns(g, dn)
+    for j in range(6):
+        on_n[j] = n[0] * dn[0, j] + n[1] * dn[1, j] + n[2] * dn[2, j]
+        on_rest[j] = rest[0] * dn[0, j] + rest[1] * dn[1, j] + rest[2] * dn[2, j]
+    squared, slopes = 0.5 / (size * size), work[9:15, 0:6]
+    for i in range(6):
+        for j in range(6):
+            flat = dn[0, i] * dn[0, j] + dn[1, i] * dn[1, j] + dn[2, i] * dn[2, j] - on_n[i] * on_n[j]
+            slopes[i, j] = -squared * (on_n[i] * on_rest[j] + on_rest[i] * on_n[j] + along * flat)
+    # c . (dr_X x dr_Y) in both orders
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        slopes[i, 3 + j] += 0.5 * c[k]
+        slopes[i, 3 + k] -= 0.5 * c[j]
+        slopes[3 + j, i] += 0.5 * c[k]
+        slopes[3 + k, i] -= 0.5 * c[j]
+    for i in range(6):
+        for a in range(3):
+            across = (dn[a, i] - on_n[i] * n[a]) / size
+            for v in range(9):
+                bent = m[0] * rows[2, v] + m[1] * rows[3, v] + m[2] * rows[4, v]
+                half[i, 3 * v + a] = slopes[i, a] * rows[0, v] + slopes[i, 3 + a] * rows[1, v] + across * bent
     for v in range(9):
-        for d in range(5):
-            w = rows[d, v]
-            for a in range(3):
-                for j in range(3 * v + a, 27):
-                    out[3 * v + a, j] += w * half[3 * d + a, j]
+        for a in range(3):
+            for j in range(27):
+                out[3 * v + a, j] += rows[0, v] * half[a, j] + rows[1, v] * half[3 + a, j]

@@ -19,7 +19,13 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.kernels.jit import kernel
-from fsm.model.nodes.curvature import add_curvature_hessian, add_mapped, curvature_effort, curvature_gradient, normal
+from fsm.model.nodes.curvature import (
+    add_curvature_stiffness,
+    curvature_effort,
+    curvature_gradient,
+    map_vectors,
+    normal,
+)
 from fsm.model.nodes.facets.facet_tension import relax_efforts, relax_energy, relax_moduli
 
 
@@ -259,22 +265,11 @@ def add_facet_force(facets: FacetArrays, q: np.ndarray, force: np.ndarray) -> No
 
 
 @kernel(inline=True)
-def columns_of(strain: int) -> tuple[int, int]:
-    """First and last column of the derivatives of a strain: the columns of the slopes for a corner strain, else all
-    columns.
-    """
-    if strain < 3 or strain >= 12:
-        return 0, 27
-    first = 9 * (strain // 3 - 1) + 3
-    return first, first + 6
-
-
-@kernel(inline=True)
 def stretch_gradients(
     edges: np.ndarray, across: np.ndarray, slopes: np.ndarray, e: np.ndarray, out: np.ndarray
 ) -> None:
-    """Derivatives (15, 27) of the strains with respect to the nodal vectors. Those of corner strains are zero outside the
-    columns of `columns_of`, and are not written.
+    """Derivatives (15, 27) of the strains with respect to the nodal vectors. The zeros of corner strains, outside the
+    columns of their slopes, are not written.
     """
     for edge in range(3):
         for i in range(9):
@@ -365,10 +360,10 @@ def add_facet_tangent(
     into : flat block data
     """
     e, slopes, strains, efforts = np.empty((9, 3)), np.empty((3, 4, 3)), np.empty((5, 3)), np.empty((5, 3))
-    gradients, weighed = np.empty((15, 27)), np.empty((15, 27))
-    h, plain, moduli = np.empty((27, 27)), np.empty((9, 9)), np.empty((15, 15))
-    g, n, kappa, m, c, turned = np.empty(15), np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty((8, 6))
-    gradient, moments, bend, half = np.empty((3, 15)), np.empty((3, 15)), np.empty((15, 15)), np.empty((15, 27))
+    gradients, weighed = np.zeros((15, 27)), np.empty((15, 27))
+    h, half, plain, moduli = np.empty((27, 27)), np.zeros((27, 27)), np.empty((9, 9)), np.empty((15, 15))
+    g, n, kappa, m, c, work = np.empty(15), np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty((15, 15))
+    gradient, turn, moments, by_slopes = np.empty((3, 15)), np.empty((3, 27)), np.empty((3, 27)), np.empty((6, 27))
     flat = facets.bending.shape[0] > 0
     for k in range(facets.vectors.shape[0]):
         gather(facets.vectors[k], q, e)
@@ -382,22 +377,10 @@ def add_facet_tangent(
         moduli[:] = facets.moduli[k]
         if facets.tension.shape[0] > 0:
             relax_moduli(facets.points[k], facets.tension[k], strains, moduli)
-        # material part; only the upper triangle of h is summed, so the tangent is exactly symmetric
+        # material part; at the end, the lower triangle is that of the upper one, so the tangent is exactly symmetric
         stretch_gradients(facets.edges[k], facets.across[k], slopes, e, gradients)
-        for i in range(15):
-            weighed[i] = 0.0
-            for j in range(15):
-                w = moduli[i, j]
-                first, last = columns_of(j)
-                for v in range(first, last):
-                    weighed[i, v] += w * gradients[j, v]
-        h[:] = 0.0
-        for i in range(15):
-            first, last = columns_of(i)
-            for v in range(first, last):
-                w = gradients[i, v]
-                for j in range(v, 27):
-                    h[v, j] += w * weighed[i, j]
+        np.dot(moduli, gradients, weighed)
+        np.dot(gradients.T, weighed, h)
         # terms that are equal for x, y and z: geometric stiffness, bending of flat triangles
         if flat:
             plain[:] = facets.bending[k]
@@ -409,23 +392,25 @@ def add_facet_tangent(
                 for a in range(3):
                     h[3 * i + a, 3 * j + a] += plain[i, j]
         if not flat:
+            half[:] = 0.0
             for point in range(3):
                 rows = facets.rows[k, point]
                 bend_point(rows, e, g)
                 length = normal(g, n)
                 _moments(facets.bend_moduli[k], g, n, facets.rest_curvature[k, point], kappa, m)
                 curvature_gradient(g, n, length, c, gradient)
-                own = facets.bend_moduli[k]
+                map_vectors(gradient, rows, turn)
                 for i in range(3):
-                    for j in range(15):
-                        moments[i, j] = own[i, 0] * gradient[0, j] + own[i, 1] * gradient[1, j] + own[i, 2] * gradient[2, j]
-                for i in range(15):
-                    for j in range(15):
-                        bend[i, j] = (
-                            gradient[0, i] * moments[0, j] + gradient[1, i] * moments[1, j] + gradient[2, i] * moments[2, j]
-                        )
-                add_curvature_hessian(g, n, length, m, turned, bend)
-                add_mapped(bend, rows, half, h)
+                    p, r, t = facets.bend_moduli[k, i, 0], facets.bend_moduli[k, i, 1], facets.bend_moduli[k, i, 2]
+                    for j in range(27):
+                        moments[i, j] = p * turn[0, j] + r * turn[1, j] + t * turn[2, j]
+                for v in range(27):
+                    for j in range(v, 27):
+                        h[v, j] += turn[0, v] * moments[0, j] + turn[1, v] * moments[1, j] + turn[2, v] * moments[2, j]
+                add_curvature_stiffness(g, n, length, m, rows, work, by_slopes, half)
+            for v in range(27):
+                for j in range(v, 27):
+                    h[v, j] += half[v, j] + half[j, v]
         for v in range(27):
             for j in range(v):
                 h[v, j] = h[j, v]

@@ -14,12 +14,17 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.kernels.jit import kernel
-from fsm.model.nodes.curvature import add_curvature_hessian, add_mapped, curvature_gradient, map_vectors, normal
+from fsm.model.nodes.curvature import (
+    add_curvature_stiffness,
+    curvature_gradient,
+    curvature_gradient_rates,
+    map_vectors,
+    normal,
+)
 from fsm.model.nodes.facets.facet import (
     FacetArrays,
     add_geometric,
     bend_point,
-    columns_of,
     gather,
     stretch_efforts,
     stretch_gradients,
@@ -133,86 +138,61 @@ def add_facet_damping(
     """
     e, v, slopes, strains = np.empty((9, 3)), np.empty((9, 3)), np.empty((3, 4, 3)), np.empty((5, 3))
     rising, efforts = np.empty((3, 4, 3)), np.empty((5, 3))
-    gradients, changes, weighed = np.zeros((15, 27)), np.zeros((15, 27)), np.empty((15, 27))
-    h, d, others, plain = np.empty((27, 27)), np.empty((27, 27)), np.zeros((27, 27)), np.empty((9, 9))
-    g, w, n, c, work = np.empty(15), np.empty(15), np.empty(3), np.empty(3), np.empty((8, 6))
-    gradient, change, m, unit = np.empty((3, 15)), np.empty((3, 15)), np.empty(3), np.empty(3)
-    turn, moments, turn_change = np.empty((3, 27)), np.empty((3, 27)), np.empty((3, 27))
-    of_q, half, moving = np.empty((15, 15)), np.empty((15, 27)), _any(u)
+    gradients, changes, weighed = np.zeros((24, 27)), np.zeros((24, 27)), np.empty((24, 27))  # stretch, then curvatures
+    h, d, half, plain = np.empty((27, 27)), np.empty((27, 27)), np.empty((27, 27)), np.empty((9, 9))
+    g, w, n, c, work = np.empty(15), np.empty(15), np.empty(3), np.empty(3), np.empty((15, 15))
+    gradient, change, m, by_slopes = np.empty((3, 15)), np.empty((3, 15)), np.empty(3), np.empty((6, 27))
+    moving = _any(u)
     for k in range(facets.vectors.shape[0]):
         gather(facets.vectors[k], q, e)
+        gather(facets.vectors[k], u, v)
         stretch_strains(facets.edges[k], facets.across[k], facets.rest[k], e, slopes, strains)
         stretch_gradients(facets.edges[k], facets.across[k], slopes, e, gradients)
-        for s in range(15):
-            weighed[s] = 0.0
-            for r in range(15):
-                x = tau * facets.moduli[k, s, r]
-                first, last = columns_of(r)
-                for i in range(first, last):
-                    weighed[s, i] += x * gradients[r, i]
-        stretch_efforts(facets.moduli[k], stretching[k], efforts)
-        efforts *= tau
-        h[:] = 0.0
-        d[:] = 0.0
-        for s in range(15):  # h and d are symmetric, so only their upper triangles are summed; `others` is not
-            first, last = columns_of(s)
-            for i in range(first, last):
-                x = gradients[s, i]
-                for j in range(i, 27):
-                    d[i, j] += x * weighed[s, j]
+        np.dot(facets.moduli[k], gradients[:15], weighed[:15])
         if moving:
-            gather(facets.vectors[k], u, v)
             stretch_strains(facets.edges[k], facets.across[k], facets.rest[k], v, rising, strains)
             stretch_gradients(facets.edges[k], facets.across[k], rising, v, changes)  # strains are quadratic
-            others[:] = 0.0
-            _add_products(weighed, changes, others)
-        plain[:] = 0.0
-        add_geometric(facets.edges[k], facets.across[k], efforts, plain)
-        for i in range(9):
-            for j in range(i, 9):
-                for a in range(3):
-                    h[3 * i + a, 3 * j + a] += plain[i, j]
+        half[:] = 0.0
         for point in range(3):
             bend_point(rows[k, point], e, g)
-            length = normal(g, n)
+            length, own = normal(g, n), 15 + 3 * point
             curvature_gradient(g, n, length, c, gradient)
-            map_vectors(gradient, rows[k, point], turn)
-            _moments(facets.bend_moduli[k], tau, turning[k, point], m)
+            map_vectors(gradient, rows[k, point], gradients[own : own + 3])
             for i in range(3):
+                x, y, z = facets.bend_moduli[k, i, 0], facets.bend_moduli[k, i, 1], facets.bend_moduli[k, i, 2]
                 for j in range(27):
-                    moments[i, j] = 0.0
-                    for r in range(3):
-                        moments[i, j] += tau * facets.bend_moduli[k, i, r] * turn[r, j]
-            for r in range(3):
-                for i in range(27):
-                    x = turn[r, i]
-                    for j in range(i, 27):
-                        d[i, j] += x * moments[r, j]
+                    weighed[own + i, j] = x * gradients[own, j] + y * gradients[own + 1, j] + z * gradients[own + 2, j]
             if moving:
                 bend_point(rows[k, point], v, w)
-                for i in range(3):
-                    unit[:] = 0.0
-                    unit[i] = 1.0
-                    of_q[:] = 0.0
-                    add_curvature_hessian(g, n, length, unit, work, of_q)
-                    for j in range(15):
-                        change[i, j] = 0.0
-                        for r in range(15):
-                            change[i, j] += of_q[j, r] * w[r]
-                map_vectors(change, rows[k, point], turn_change)
-                _add_products(moments, turn_change, others)
-            of_q[:] = 0.0
-            add_curvature_hessian(g, n, length, m, work, of_q)
-            add_mapped(of_q, rows[k, point], half, h)
+                curvature_gradient_rates(g, w, n, length, work, change)
+                map_vectors(change, rows[k, point], changes[own : own + 3])
+            _moments(facets.bend_moduli[k], tau, turning[k, point], m)
+            add_curvature_stiffness(g, n, length, m, rows[k, point], work, by_slopes, half)
+        stretch_efforts(facets.moduli[k], stretching[k], efforts)
+        efforts *= tau
+        plain[:] = 0.0
+        add_geometric(facets.edges[k], facets.across[k], efforts, plain)
+        for i in range(27):
+            for j in range(27):
+                h[i, j] = half[i, j] + half[j, i]
+        for i in range(9):
+            for j in range(9):
+                for a in range(3):
+                    h[3 * i + a, 3 * j + a] += plain[i, j]
+        weighed *= tau
+        np.dot(gradients.T, weighed, d)
         for i in range(27):
             for j in range(i):
-                h[i, j], d[i, j] = h[j, i], d[j, i]
+                d[i, j] = d[j, i]  # without round-off
+        if moving:
+            np.dot(weighed.T, changes, half)
+            h += half
         for i in range(9):
             for j in range(9):
                 slot = slots[k, i, j]
                 for a in range(3):
                     for b in range(3):
-                        stiffness[slot + a * size + b] += h[3 * i + a, 3 * j + b] + others[3 * i + a, 3 * j + b]
+                        stiffness[slot + a * size + b] += h[3 * i + a, 3 * j + b]
                         damping[slot + a * size + b] += d[3 * i + a, 3 * j + b]
 
 
@@ -222,13 +202,3 @@ def _any(values: np.ndarray) -> bool:
     for i in range(values.shape[0]):
         found = found or values[i] != 0.0
     return found
-
-
-@kernel
-def _add_products(left: np.ndarray, right: np.ndarray, out: np.ndarray) -> None:
-    """Add the product (27, 27) of the transpose of a matrix (r, 27), and a matrix (r, 27)."""
-    for r in range(left.shape[0]):
-        for i in range(27):
-            x = left[r, i]
-            for j in range(27):
-                out[i, j] += x * right[r, j]

@@ -23,6 +23,7 @@ from fsm.model.nodes.curvature import (
     add_curvature_hessian,
     curvature_effort,
     curvature_gradient,
+    curvature_gradient_rates,
     curvature_rates,
     normal,
 )
@@ -293,9 +294,9 @@ def add_tangent(
     rate_derivatives = _derivatives(film, u) if moving > 0.0 else derivatives
     x, y, vx, vy = np.empty(3), np.empty(3), np.zeros(3), np.zeros(3)
     g, gv, n, c3 = np.empty(15), np.empty(15), np.empty(3), np.empty(3)
-    kappa, m, one = np.empty(3), np.empty(3), np.empty(3)
+    kappa, m, work = np.empty(3), np.empty(3), np.empty((5, 3))
     gradient, turned, rates = np.empty((3, 15)), np.empty((8, 6)), np.empty((3, 15))
-    stretch, bend, second = np.empty((6, 6)), np.empty((15, 15)), np.empty((15, 15))
+    stretch, bend = np.empty((6, 6)), np.empty((15, 15))
     changed, element = np.empty((3, 15)), np.empty((3, 3, 12, 12))
     symmetric = not moving > 0.0
     pairs = 6 if symmetric else 9
@@ -353,15 +354,7 @@ def add_tangent(
                 for a in range(3):
                     for j in range(15):
                         kappa[a] += moving * gradient[a, j] * gv[j]
-                    # d(dkappa/dt)/dq: the second derivative applied to the rates
-                    one[:] = 0.0
-                    one[a] = 1.0
-                    second[:] = 0.0
-                    add_curvature_hessian(g, n, length, one, turned, second)
-                    for j in range(15):
-                        rates[a, j] = 0.0
-                        for i in range(15):
-                            rates[a, j] += gv[i] * second[i, j]
+                curvature_gradient_rates(g, gv, n, length, work, rates)  # d(dkappa/dt)/dq
                 _add_moduli(moving * weight, bending, poisson, gradient, rates, changed, bend)
             _moments(kappa, bending, poisson, m)
             for a in range(3):
