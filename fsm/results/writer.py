@@ -104,14 +104,15 @@ class ResultWriter(Records):
 
     def append(self, record: Record) -> None:
         """Add one record, which the caller must not change after this."""
-        with self._lock, self._write_errors():
+        with self._lock:
             if self._failure is not None:
                 raise self._failure
             self._records.append(record)
             self._record_bytes = record.shape.nbytes + record.q.nbytes + record.u.nbytes + 512
             due = time.monotonic() - self._flushed_at >= self._flush_every
             if due or len(self._records) * self._record_bytes > BUFFER_BYTES:
-                self._flush()
+                with self._write_errors():
+                    self._flush()
 
     def flush(self) -> None:
         """Write all records to disk now."""

@@ -238,8 +238,10 @@ class Configuration(System):
         if self.spatial:
             return np.asarray(at[:, None, :3] + rotate_by(at[:, None, 3:], local))
         cosine, sine = np.cos(at[:, 2:]), np.sin(at[:, 2:])
-        x, z = at[:, :1] + cosine * local[..., 0], at[:, 1:2] - sine * local[..., 0]
-        return np.stack([x, local[..., 1], z], axis=-1)
+        corners = local.copy()
+        corners[..., 0] = at[:, :1] + cosine * local[..., 0]
+        corners[..., 2] = at[:, 1:2] - sine * local[..., 0]
+        return corners
 
     def worst_body(self, vector: np.ndarray) -> str:
         """See `System`."""
