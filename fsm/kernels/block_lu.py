@@ -425,6 +425,8 @@ def backward_error(
             total[a] = right[i * size + a]
             scale[a] = abs(total[a])
         for k in range(indptr[i], indptr[i + 1]):
+            if is_zero(data[k]):
+                continue
             first = indices[k] * size
             subtract_terms(total, scale, data[k], x[first : first + size])
         for a in range(size):
