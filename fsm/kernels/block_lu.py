@@ -34,6 +34,8 @@ TRUST_BELOW = 1e-13
 """Backward error of a solution below which other solutions with the same factors are not checked."""
 SYMMETRY_TOLERANCE = 1e-13
 """Largest asymmetry of a symmetric matrix; see `is_symmetric`."""
+REFINEMENTS = 2
+"""Largest number of refinements of a solution."""
 MAX_ERROR = 1e-8
 """Largest admissible backward error after refinement; above it, pivoting inside blocks is not sufficient."""
 
@@ -453,7 +455,10 @@ def solve_refined(
     symmetric: bool,
     trusted: bool,
 ) -> tuple[np.ndarray, float, bool]:
-    """Solve A x = b with the factors of `factorise`, refined once if the backward error is above `refine_above`.
+    """Solve A x = b with the factors of `factorise`, refined at most twice while the backward error is above `refine_above`.
+
+    Factors of a nearly symmetric A are those of its upper triangle. In a row whose terms are all round-off, such as one
+    across the plane of a plane motion, the difference counts, and one refinement may be too little.
 
     Parameters
     ----------
@@ -485,7 +490,9 @@ def solve_refined(
         return x, 0.0, False
     error = backward_error(rows, columns, data, x, right, residual)
     doubtful = not error <= TRUST_BELOW
-    if error > refine_above:
+    for _ in range(REFINEMENTS):
+        if not error > refine_above:
+            break
         if symmetric:
             x += _solve_symmetric(order, indptr, indices, diagonal, factors, residual)
         else:
