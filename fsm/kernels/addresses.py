@@ -36,7 +36,7 @@ def address_table(arrays: Sequence[np.ndarray]) -> np.ndarray:
     for array in arrays:
         if not array.flags.c_contiguous or array.dtype not in _TYPES:
             raise ValueError(f"array of type {array.dtype} is not contiguous, or neither float64 nor int64")
-        rows.append((array.ctypes.data, *array.shape, *(0,) * (ROW - 1 - array.ndim)))
+        rows.append((array.__array_interface__["data"][0], *array.shape, *(0,) * (ROW - 1 - array.ndim)))
     return np.array(rows, dtype=np.int64).reshape(-1, ROW)
 
 

@@ -185,7 +185,7 @@ def is_symmetric(
     for i in range(count):
         for k in range(indptr[i], indptr[i + 1]):
             other, j = transposed[k], indices[k]
-            if j < i:
+            if j < i or (is_zero(data[k]) and is_zero(data[other])):
                 continue
             bound = tolerance * max(_largest(data[k]), math.sqrt(own[i] * own[j]))
             for a in range(size):
@@ -310,13 +310,11 @@ def count_negative(diagonal: np.ndarray, factors: np.ndarray) -> int:
 def count_negative_parts(diagonal: np.ndarray, factors: np.ndarray) -> int:
     """Number of negative eigenvalues of the symmetric parts of all pivot blocks of an unsymmetric A, from their inverses."""
     size, total, filled = factors.shape[1], 0, factors.shape[0] - diagonal.shape[0]
-    part, inverse, work = np.empty((size, size)), np.empty((size, size)), np.empty((size, size))
+    inverse, work = np.empty((size, size)), np.empty((size, size))
+    left, right = np.empty((size, size)), np.empty((size, size))
     for i in range(diagonal.shape[0]):
         _multiply(factors[filled + i], factors[diagonal[i]], work, inverse)
-        for a in range(size):
-            for b in range(size):
-                part[a, b] = 0.5 * (inverse[a, b] + inverse[b, a])
-        total += negative_eigenvalues(part, work)
+        total += negative_eigenvalues(inverse, left, right, work)
     return total
 
 
