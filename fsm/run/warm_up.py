@@ -60,6 +60,7 @@ def _segments(make: Callable[[], WarmUp], methods: tuple[str, ...] = _INTEGRATOR
     for state in (touching, far_away, q):
         system.tangent(0.0, state, u)
         system.observe(0.0, state, u)
+        system.shape(0.0, state)
         system.commit(0.0, state, u)
     system.restore(memory)
     if any(isinstance(contacts.geometry, SurfaceContacts) for contacts in system.contacts):
