@@ -116,7 +116,7 @@ def variations(
 def _set_variations(
     out: np.ndarray, first: int, sign: float, shift: float, frame: np.ndarray, x: float, y: float
 ) -> None:
-    """Write the variations of `shift` r + A (x, y, 0) by the coordinates of a body into the rows of `out` from `first` on."""
+    """Write the variations of `shift` r + A (x, y, 0) by the coordinates of a body to the rows of `out` from `first` on."""
     for m in range(3):
         out[first + m, m] = sign * shift
         out[first + 3, m] = sign * y * frame[m, 2]
