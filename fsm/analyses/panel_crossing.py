@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 
 from fsm.case.models.scene import Scene
@@ -90,19 +92,22 @@ def unwatched_crossings(solution: Solution, scene: Scene) -> list[tuple[int, int
     list of (panel, panel, travel)
         First saved travel (m) at which the middle lines cross; without a drive, the time (s).
     """
-    if not len(solution.layout.panel):
+    watched, panel = _contact_pairs(scene), solution.layout.panel
+    numbers = sorted({number for number in panel.tolist() if number > 0})
+    alone = {k for a, b in combinations(numbers, 2) if (a, b) not in watched for k in (a, b)}
+    if not alone:
         return []
-    watched = _contact_pairs(scene)
-    panel = solution.layout.panel
+    examined = np.isin(panel, list(alone))
+    panel = panel[examined]
     found: dict[tuple[int, int], float] = {}
     at = solution.travel[:, 0] if solution.travel.shape[1] else solution.time
     records, block = _in_plane(solution.shape), max(1, _LINES // len(panel))
     for begin in range(0, records, block):
-        shape = solution.shape[begin : min(begin + block, records)]
+        shape = solution.shape[begin : min(begin + block, records), examined]
         starts, ends = shape[:, :, 0][..., [0, 2]], shape[:, :, 1][..., [0, 2]]
         for number, i, j in _crossing(starts, ends, panel).tolist():
             pair = (int(min(panel[i], panel[j])), int(max(panel[i], panel[j])))
-            if pair[0] == pair[1] or pair[0] <= 0 or pair in watched or pair in found:
+            if pair[0] == pair[1] or pair in watched or pair in found:
                 continue
             across = shape[number, [i, j]][:, [0, 3], 1]
             if across.min(axis=1).max() >= across.max(axis=1).min():

@@ -34,16 +34,16 @@ def has_checksums(path: Path) -> bool:
 
 
 @contextmanager
-def written_from_memory(path: Path) -> Iterator[Any]:
-    """Build an HDF5 file in memory and write it to disk when the block ends.
+def written_from_memory(path: Path, begin: bytes = b"") -> Iterator[Any]:
+    """Build an HDF5 file in memory, from nothing or from another file, and write it to disk when the block ends.
 
     HDF5 must not write to the disk itself: after a failed write the library tries again at exit, and the program
     crashes.
     """
     import h5py
 
-    memory = io.BytesIO()
-    with h5py.File(memory, "w", libver="latest") as file:
+    memory = io.BytesIO(begin)
+    with h5py.File(memory, "r+" if begin else "w", libver="latest") as file:
         yield file
     path.write_bytes(memory.getbuffer())
 

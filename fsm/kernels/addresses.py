@@ -21,6 +21,7 @@ from fsm.kernels.jit import kernel
 
 ROW = 4
 """Numbers of an array in a table: address and up to three sizes."""
+_TYPES = frozenset({np.dtype(np.float64), np.dtype(np.int64)})
 
 
 def address_table(arrays: Sequence[np.ndarray]) -> np.ndarray:
@@ -31,12 +32,12 @@ def address_table(arrays: Sequence[np.ndarray]) -> np.ndarray:
     ValueError
         An array has another type or order.
     """
-    table = np.zeros((len(arrays), ROW), dtype=np.int64)
-    for row, array in zip(table, arrays, strict=True):
-        if not array.flags.c_contiguous or array.dtype not in (np.float64, np.int64):
+    rows = []
+    for array in arrays:
+        if not array.flags.c_contiguous or array.dtype not in _TYPES:
             raise ValueError(f"array of type {array.dtype} is not contiguous, or neither float64 nor int64")
-        row[0], row[1 : 1 + array.ndim] = array.ctypes.data, array.shape
-    return table
+        rows.append((array.__array_interface__["data"][0], *array.shape, *(0,) * (ROW - 1 - array.ndim)))
+    return np.array(rows, dtype=np.int64).reshape(-1, ROW)
 
 
 def tables_of(tables: Sequence[np.ndarray]) -> np.ndarray:

@@ -34,6 +34,8 @@ TRUST_BELOW = 1e-13
 """Backward error of a solution below which other solutions with the same factors are not checked."""
 SYMMETRY_TOLERANCE = 1e-13
 """Largest asymmetry of a symmetric matrix; see `is_symmetric`."""
+REFINEMENTS = 2
+"""Largest number of refinements of a solution."""
 MAX_ERROR = 1e-8
 """Largest admissible backward error after refinement; above it, pivoting inside blocks is not sufficient."""
 
@@ -183,7 +185,7 @@ def is_symmetric(
     for i in range(count):
         for k in range(indptr[i], indptr[i + 1]):
             other, j = transposed[k], indices[k]
-            if j < i:
+            if j < i or (is_zero(data[k]) and is_zero(data[other])):
                 continue
             bound = tolerance * max(_largest(data[k]), math.sqrt(own[i] * own[j]))
             for a in range(size):
@@ -308,13 +310,11 @@ def count_negative(diagonal: np.ndarray, factors: np.ndarray) -> int:
 def count_negative_parts(diagonal: np.ndarray, factors: np.ndarray) -> int:
     """Number of negative eigenvalues of the symmetric parts of all pivot blocks of an unsymmetric A, from their inverses."""
     size, total, filled = factors.shape[1], 0, factors.shape[0] - diagonal.shape[0]
-    part, inverse, work = np.empty((size, size)), np.empty((size, size)), np.empty((size, size))
+    inverse, work = np.empty((size, size)), np.empty((size, size))
+    left, right = np.empty((size, size)), np.empty((size, size))
     for i in range(diagonal.shape[0]):
         _multiply(factors[filled + i], factors[diagonal[i]], work, inverse)
-        for a in range(size):
-            for b in range(size):
-                part[a, b] = 0.5 * (inverse[a, b] + inverse[b, a])
-        total += negative_eigenvalues(part, work)
+        total += negative_eigenvalues(inverse, left, right, work)
     return total
 
 
@@ -425,6 +425,8 @@ def backward_error(
             total[a] = right[i * size + a]
             scale[a] = abs(total[a])
         for k in range(indptr[i], indptr[i + 1]):
+            if is_zero(data[k]):
+                continue
             first = indices[k] * size
             subtract_terms(total, scale, data[k], x[first : first + size])
         for a in range(size):
@@ -451,7 +453,10 @@ def solve_refined(
     symmetric: bool,
     trusted: bool,
 ) -> tuple[np.ndarray, float, bool]:
-    """Solve A x = b with the factors of `factorise`, refined once if the backward error is above `refine_above`.
+    """Solve A x = b with the factors of `factorise`, refined at most twice while the backward error is above `refine_above`.
+
+    Factors of a nearly symmetric A are those of its upper triangle. In a row whose terms are all round-off, such as one
+    across the plane of a plane motion, the difference counts, and one refinement may be too little.
 
     Parameters
     ----------
@@ -483,7 +488,9 @@ def solve_refined(
         return x, 0.0, False
     error = backward_error(rows, columns, data, x, right, residual)
     doubtful = not error <= TRUST_BELOW
-    if error > refine_above:
+    for _ in range(REFINEMENTS):
+        if not error > refine_above:
+            break
         if symmetric:
             x += _solve_symmetric(order, indptr, indices, diagonal, factors, residual)
         else:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.kernels.jit import kernel
+from fsm.kernels.small_blocks import is_zero
 
 
 @kernel
@@ -55,7 +56,7 @@ def multiply_block_diagonal(data: np.ndarray, diagonal: np.ndarray, columns: np.
     row = np.empty(size)
     for k in range(data.shape[0]):
         column = columns[k]
-        if column >= diagonal.shape[0]:
+        if column >= diagonal.shape[0] or is_zero(data[k]):  # most blocks are zero: contacts that are open
             continue
         for i in range(size):
             for j in range(size):
@@ -63,6 +64,6 @@ def multiply_block_diagonal(data: np.ndarray, diagonal: np.ndarray, columns: np.
                 data[k, i, j] = 0.0
             for m in range(size):
                 if row[m] == 0.0:
-                    continue  # this is true for most blocks: contacts without friction and elements without damping
+                    continue  # this is true for contacts without friction and elements without damping
                 for j in range(size):
                     data[k, i, j] += row[m] * diagonal[column, m, j]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.kernels.jit import kernel
-from fsm.kernels.rotation import fill_inverse_tangent
+from fsm.kernels.rotation import fill_inverse_tangent, fill_rotation
 
 
 @kernel
@@ -66,6 +66,27 @@ def place_bodies(
     scatter_free(free, values, unit, out)
     for i in range(driven.shape[0]):
         shift_body(out, driven[i], directions[motion[i]], sizes[motion[i]])
+    return out
+
+
+@kernel
+def place_corners(poses: np.ndarray, bodies: np.ndarray, local: np.ndarray) -> np.ndarray:
+    """Corners (n, 4, 3) of outlines of bodies (n,) from those in body axes (n, 4, 3), m."""
+    out, frame = np.empty(local.shape), np.zeros((3, 3))
+    for i in range(local.shape[0]):
+        pose = poses[bodies[i]]
+        if pose.shape[0] == 7:
+            x, y, z = pose[0], pose[1], pose[2]
+            fill_rotation(pose[3:], frame)
+        else:
+            x, y, z = pose[0], 0.0, pose[1]
+            cosine, sine = np.cos(pose[2]), np.sin(pose[2])
+            frame[0, 0], frame[0, 2], frame[1, 1], frame[2, 0], frame[2, 2] = cosine, sine, 1.0, -sine, cosine
+        for k in range(local.shape[1]):
+            a, b, c = local[i, k, 0], local[i, k, 1], local[i, k, 2]
+            out[i, k, 0] = x + frame[0, 0] * a + frame[0, 1] * b + frame[0, 2] * c
+            out[i, k, 1] = y + frame[1, 0] * a + frame[1, 1] * b + frame[1, 2] * c
+            out[i, k, 2] = z + frame[2, 0] * a + frame[2, 1] * b + frame[2, 2] * c
     return out
 
 

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.kernels.block_lu import TRUST_BELOW, backward_error
+from fsm.kernels.block_lu import REFINEMENTS, TRUST_BELOW, backward_error
 from fsm.kernels.jit import kernel
 from fsm.kernels.small_blocks import is_zero, sign_of_row, split_symmetric
 
@@ -292,7 +292,9 @@ def solve_by_fronts(
     residual = np.empty(right.shape[0])
     error = backward_error(rows, columns, data, x, right, residual)
     doubtful = not error <= TRUST_BELOW
-    if error > refine_above:
+    for _ in range(REFINEMENTS):
+        if not error > refine_above:
+            break
         x += solve_columns(nodes, factors, residual.reshape(-1, 1)).reshape(-1)
         error = backward_error(rows, columns, data, x, right, residual)
     return x, error, doubtful

@@ -62,9 +62,15 @@ def record(kind: K) -> K:
     return kind
 
 
+_made: dict[tuple[Any, ...], Record] = {}
+
+
 def record_type(kind: type, fields: list[Any]) -> Record:
     """Type of a record with fields of these types."""
-    return Record(types.NamedTuple(fields, kind))
+    key = (kind, *map(id, fields))  # equal types are one object, and their hashes take long
+    if key not in _made:
+        _made[key] = Record(types.NamedTuple(fields, kind))
+    return _made[key]
 
 
 def _words(kind: Any) -> int:

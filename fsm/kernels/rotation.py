@@ -36,17 +36,15 @@ def rotation_matrix(p: np.ndarray) -> np.ndarray:
 
 def multiply(p: np.ndarray, r: np.ndarray) -> np.ndarray:
     """Quaternion product p r; arrays (..., 4)."""
-    p0, p1, p2, p3 = np.moveaxis(np.asarray(p, dtype=float), -1, 0)
-    r0, r1, r2, r3 = np.moveaxis(np.asarray(r, dtype=float), -1, 0)
-    return np.stack(
-        [
-            p0 * r0 - p1 * r1 - p2 * r2 - p3 * r3,
-            p0 * r1 + p1 * r0 + p2 * r3 - p3 * r2,
-            p0 * r2 - p1 * r3 + p2 * r0 + p3 * r1,
-            p0 * r3 + p1 * r2 - p2 * r1 + p3 * r0,
-        ],
-        axis=-1,
-    )
+    p, r = np.asarray(p, dtype=float), np.asarray(r, dtype=float)
+    p0, p1, p2, p3 = p[..., 0], p[..., 1], p[..., 2], p[..., 3]
+    r0, r1, r2, r3 = r[..., 0], r[..., 1], r[..., 2], r[..., 3]
+    out = np.empty(np.broadcast(p, r).shape)  # np.stack takes several times as long for one quaternion
+    out[..., 0] = p0 * r0 - p1 * r1 - p2 * r2 - p3 * r3
+    out[..., 1] = p0 * r1 + p1 * r0 + p2 * r3 - p3 * r2
+    out[..., 2] = p0 * r2 - p1 * r3 + p2 * r0 + p3 * r1
+    out[..., 3] = p0 * r3 + p1 * r2 - p2 * r1 + p3 * r0
+    return out
 
 
 def exponential(vector: np.ndarray) -> np.ndarray:
@@ -67,7 +65,9 @@ def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Vector product of arrays (..., 3); for a few vectors ten times faster than `np.cross`."""
     a0, a1, a2 = a[..., 0], a[..., 1], a[..., 2]
     b0, b1, b2 = b[..., 0], b[..., 1], b[..., 2]
-    return np.stack([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0], axis=-1)
+    out = np.empty(np.broadcast(a, b).shape)
+    out[..., 0], out[..., 1], out[..., 2] = a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0
+    return out
 
 
 @kernel

@@ -352,10 +352,11 @@ def _exchange_rows(block: np.ndarray, k: int, row: int) -> None:
 
 
 @kernel
-def negative_eigenvalues(block: np.ndarray, work: np.ndarray) -> int:
-    """Number of negative eigenvalues of the symmetric part of a small block; those of zero do not count."""
+def negative_eigenvalues(block: np.ndarray, left: np.ndarray, right: np.ndarray, work: np.ndarray) -> int:
+    """Number of negative eigenvalues of the symmetric part of a small block; those of zero do not count. The other arrays
+    are scratch.
+    """
     size = block.shape[0]
-    left, right = np.empty((size, size)), np.empty((size, size))
     for i in range(size):
         for j in range(size):
             left[i, j] = work[i, j] = 0.5 * (block[i, j] + block[j, i])

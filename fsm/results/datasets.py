@@ -27,6 +27,7 @@ def add_data(
     dims: Sequence[str] = (),
     chunk: int = 0,
     fill: float | None = None,
+    written: bool = True,
 ) -> None:
     """Add a dataset with unit and long name.
 
@@ -43,6 +44,8 @@ def add_data(
         Rows of a chunk of a dataset that can grow, with checksums; 0 for a dataset of fixed size.
     fill : float, optional
         Value of rows that are not written yet; such a dataset has no checksums.
+    written : bool
+        Whether the values are written; if not, `write_data` writes them.
     """
     values = np.asarray(values)
     stored, given = kinds_of(values)
@@ -57,12 +60,18 @@ def add_data(
         else:
             layout.set_fill_value(np.array(fill))
     data = h5d.create(file.id, path.encode(), stored, space, layout, _links())
-    if values.size:
+    if values.size and written:
         data.write(h5s.ALL, h5s.ALL, np.ascontiguousarray(values), mtype=given)
     write_attribute(data, "units", units)
     write_attribute(data, "long_name", text)
     for axis, dim in enumerate(dims):
         h5ds.attach_scale(data, h5d.open(file.id, dim.encode()), axis)
+
+
+def write_data(file: Any, path: str, values: np.ndarray) -> None:
+    """Write all numbers of a dataset that was added without them."""
+    _, given = kinds_of(values)
+    h5d.open(file.id, path.encode()).write(h5s.ALL, h5s.ALL, np.ascontiguousarray(values), mtype=given)
 
 
 @cache
@@ -75,8 +84,9 @@ def _links() -> Any:
 
 
 def add_scale(
-    file: Any, name: str, values: Any, text: str, unit: str = "1", chunk: int = 0, fill: float | None = None
-) -> None:
+    file: Any, name: str, values: Any, text: str, unit: str = "1", chunk: int = 0, fill: float | None = None,
+    written: bool = True,
+) -> None:  # fmt: skip
     """Add a dimension scale with names (a list) or numbers (an array) as its values; see `add_data`.
 
     Names are stored twice: as texts of variable length for other programs, and as an attribute that `fsm` checks and reads.
@@ -85,7 +95,8 @@ def add_scale(
         add_data(file, name, np.array(values, dtype=object), unit, text)
         write_attributes(file[name], {"names": values})
     else:
-        add_data(file, name, values if values.dtype == float else values.astype(np.int64), unit, text, (), chunk, fill)
+        numbers = values if values.dtype == float else values.astype(np.int64)
+        add_data(file, name, numbers, unit, text, (), chunk, fill, written)
     h5ds.set_scale(h5d.open(file.id, name.encode()), name.rpartition("/")[2].encode())
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 import re
 import threading
@@ -27,6 +28,7 @@ from fsm.results.datasets import (
     append_samples,
     units_of_drives,
     write_curve,
+    write_data,
     write_film,
     write_parts,
 )
@@ -47,6 +49,9 @@ from fsm.results.store import (
 
 BUFFER_BYTES = 4_000_000
 CHUNK_BYTES = 65_536
+_MOST_FILES, _MOST_BYTES = 8, 1_000_000
+"""Number of files without numbers that are kept, and the size of the largest."""
+_FILES: dict[tuple[Any, ...], bytes] = {}
 
 
 class ResultWriter(Records):
@@ -104,14 +109,15 @@ class ResultWriter(Records):
 
     def append(self, record: Record) -> None:
         """Add one record, which the caller must not change after this."""
-        with self._lock, self._write_errors():
+        with self._lock:
             if self._failure is not None:
                 raise self._failure
             self._records.append(record)
             self._record_bytes = sum(each.nbytes for each in (record.shape, record.q, record.u, record.memory)) + 512
             due = time.monotonic() - self._flushed_at >= self._flush_every
             if due or len(self._records) * self._record_bytes > BUFFER_BYTES:
-                self._flush()
+                with self._write_errors():
+                    self._flush()
 
     def flush(self) -> None:
         """Write all records to disk now."""
@@ -190,7 +196,7 @@ class ResultWriter(Records):
         if self._file is not None:
             _append_rows(self._file, VARIABLES | channel_variables(self.layout.channels), rows, self._written)
             return
-        with atomic_write(self.part) as new, written_from_memory(new) as file:
+        with atomic_write(self.part) as new, written_from_memory(new, _without_numbers(self.layout, rows)) as file:
             _write_records(file, self.layout, rows)
         self._file = h5py.File(self.part, "r+", libver="latest", locking="best-effort")
         self._file.swmr_mode = True
@@ -226,8 +232,9 @@ class ResultWriter(Records):
 
 def write_solution(path: str | Path, solution: Solution) -> None:
     """Write a complete result; `path` is the complete old or the complete new file at any time."""
-    with atomic_write(path, to_disk=True) as new, written_from_memory(new) as file:
-        _write_records(file, solution.layout, solution.rows)
+    rows = solution.rows
+    with atomic_write(path, to_disk=True) as new, written_from_memory(new, _without_numbers(solution.layout, rows)) as file:
+        _write_records(file, solution.layout, rows)
         if len(solution.samples.time):
             append_samples(file, solution.samples)
         write_attributes(file["stats"], solution.stats)
@@ -249,17 +256,52 @@ def _system_message(error: Exception) -> str:
 
 
 def _write_records(file: Any, layout: Layout, rows: dict[str, Any]) -> None:
-    """Write the layout and the first rows into an empty file."""
+    """Write the case and the first rows into a file of `_without_numbers`."""
+    add_data(file, "case", fixed_text(layout.case_text), "1", "the case file")
+    write_attributes(file["provenance"], dict(layout.provenance))
+    write_data(file, "time", rows["time"])
+    for name, variable in (VARIABLES | channel_variables(layout.channels)).items():
+        values = _numbers(name, rows)
+        if values.size:
+            write_data(file, variable.path, values)
+
+
+def _numbers(name: str, rows: dict[str, Any]) -> np.ndarray:
+    return np.asarray(rows[name], dtype=np.int64 if name in INTEGERS else np.float64)
+
+
+def _without_numbers(layout: Layout, rows: dict[str, Any]) -> bytes:
+    """File with all that does not depend on the case and its numbers. To create its datasets takes several times longer
+    than to write them, so the last files are kept: the cases of a table differ in numbers only.
+    """
+    names = layout.body_names, layout.pair_names, layout.drive_names, layout.step_names, layout.quad_names
+    shapes = tuple(np.shape(rows[name]) for name in (*VARIABLES, *(info.name for info in layout.channels)))
+    key = layout.dimension, layout.thickness, names, layout.panel.tobytes(), layout.channels, shapes
+    found = _FILES.pop(key, b"") if layout.film is None else b""
+    if not found:
+        memory = io.BytesIO()
+        with h5py.File(memory, "w", libver="latest") as file:
+            _create_datasets(file, layout, rows)
+        found = memory.getvalue()
+    if layout.film is None and len(found) < _MOST_BYTES:
+        _FILES[key] = found
+        if len(_FILES) > _MOST_FILES:
+            del _FILES[next(iter(_FILES))]
+    return found
+
+
+def _create_datasets(file: Any, layout: Layout, rows: dict[str, Any]) -> None:
+    """Write the layout, and add the datasets of the rows, into an empty file."""
     variables = VARIABLES | channel_variables(layout.channels)
     _write_layout(file, layout)
-    add_scale(file, "time", rows["time"], "time", "s", 256, np.nan)
+    add_scale(file, "time", rows["time"], "time", "s", 256, np.nan, written=False)
     add_scale(file, "coordinate", np.arange(rows["q"].shape[1]), "number of the coordinate")
     add_scale(file, "rate", np.arange(rows["u"].shape[1]), "number of the velocity")
     add_scale(file, "memory_number", np.arange(rows["memory"].shape[1]), "number of the internal variable")
     dims = {dim for variable in variables.values() for dim in variable.dims}
     size_of = {dim: len(file[dim]) for dim in dims}
     for name, variable in variables.items():
-        values = np.asarray(rows[name], dtype=np.int64 if name in INTEGERS else np.float64)
+        values = _numbers(name, rows)
         sizes = tuple(size_of[dim] for dim in variable.dims)
         if values.shape[1:] != sizes:
             raise ValueError(f"{name} has the shape {values.shape[1:]} per record; the layout requires {sizes}")
@@ -267,17 +309,15 @@ def _write_records(file: Any, layout: Layout, rows: dict[str, Any]) -> None:
             continue
         chunk = max(1, min(256, CHUNK_BYTES // (8 * math.prod(sizes))))
         units = units_of_drives(layout.drive_names, variable.units) if "drive_name" in variable.dims else variable.units
-        add_data(file, variable.path, values, units, variable.text, ("time", *variable.dims), chunk)
+        add_data(file, variable.path, values, units, variable.text, ("time", *variable.dims), chunk, written=False)
 
 
 def _write_layout(file: Any, layout: Layout) -> None:
     """Write the data that are constant in time, names and scales first."""
     texts = {"format": FORMAT, "dimension": layout.dimension, "thickness_units": "m"}
     write_attributes(file, {**texts, "version": VERSION, "thickness": layout.thickness})
-    add_data(file, "case", fixed_text(layout.case_text), "1", "the case file")
     for group in ("provenance", "summary", "stats"):
         file.create_group(group)
-    write_attributes(file["provenance"], dict(layout.provenance))
     add_scale(file, "body", list(layout.body_names), "body")
     add_scale(file, "pair", list(layout.pair_names), "contact pair")
     add_scale(file, "drive_name", list(layout.drive_names), "drive")

@@ -30,6 +30,7 @@ from fsm.kernels.blocks import BlockMatrix, BlockPattern, Elimination
 from fsm.kernels.fronts import count_nonzero
 from fsm.model.compile.compile_case import compile_case
 from fsm.model.contact.surfaces.surface_contacts import SurfaceContacts
+from fsm.model.elements.creases import CreaseGroup
 from fsm.model.system.system import SegmentSystem
 from fsm.run.compile_beside import compiled_beside
 from fsm.run.progress import report_compilation
@@ -60,8 +61,12 @@ def _segments(make: Callable[[], WarmUp], methods: tuple[str, ...] = _INTEGRATOR
     for state in (touching, far_away, q):
         system.tangent(0.0, state, u)
         system.observe(0.0, state, u)
+        system.shape(0.0, state)
         system.commit(0.0, state, u)
     system.restore(memory)
+    for group in system.groups:
+        if isinstance(group, CreaseGroup):  # for warnings on angles beyond the measured ones
+            group.measure(*system.place(0.0, q, None), group.bodies, *group.geometry)
     if any(isinstance(contacts.geometry, SurfaceContacts) for contacts in system.contacts):
         _rare_contacts()
     for earlier in (0.0, -1.0):  # states at rest, and states with dampers

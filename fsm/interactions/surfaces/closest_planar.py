@@ -23,8 +23,11 @@ from fsm.interactions.surfaces.end_taper import inside_of_end
 from fsm.interactions.surfaces.surface import beyond_end, overshoot
 from fsm.kernels.jit import kernel
 
-_EXACT, _ROUGH = 1e-14, 1e-3
-"""Tolerances in s of closest points: for forces, and for heights only."""
+EXACT, ROUGH = 1e-8, 1e-3
+"""Largest last steps in s of Newton's method for closest points: for forces, and for heights only. The error after a step
+is its square; the distance from the surface changes with the square of the error."""
+LINEAR = 1e-6
+"""Factor on these steps if the last one had a simplified slope, so that the error is not the square of the step."""
 
 
 @kernel
@@ -58,9 +61,9 @@ def _closest(
         dx, dz = px - curve[0, 0], pz - curve[0, 1]
         residual = dx * curve[1, 0] + dz * curve[1, 1]
         metric = curve[1, 0] ** 2 + curve[1, 1] ** 2
-        slope = metric - dx * curve[2, 0] - dz * curve[2, 1]
+        slope, bound = metric - dx * curve[2, 0] - dz * curve[2, 1], tolerance
         if slope < 0.1 * metric:
-            slope = metric
+            slope, bound = metric, LINEAR * tolerance
         step = min(0.5, max(-0.5, residual / slope))
         new = at + step
         if new > 1.0 and piece + 1 < last:
@@ -70,7 +73,7 @@ def _closest(
             piece, at = piece - 1, 1.0
             continue
         before, at = at, min(stations[piece, 5] + 0.5, max(stations[piece, 4] - 0.5, new))
-        if abs(step) < tolerance:
+        if abs(step) < bound:
             break
         if at == before and at != new:  # the point is far beyond an end
             break
@@ -139,7 +142,7 @@ def find_contacts_planar(
             continue
         px, pz = point[0], point[1]
         at = along_chord(chords[piece], point)
-        piece, at = _closest(px, pz, piece, window[i, 0], window[i, 1], at, controls, stations, _EXACT, curve)
+        piece, at = _closest(px, pz, piece, window[i, 0], window[i, 1], at, controls, stations, EXACT, curve)
         if at < stations[piece, 4] - 1e-12 or at > stations[piece, 5] + 1e-12:
             continue
         if no_share[i] >= 0.0 and inside_of_end(at, stations[piece])[0] <= no_share[i]:
@@ -208,7 +211,7 @@ def heights_planar(
             continue
         px, pz = point[0], point[1]
         at = along_chord(chords[nearest[i]], point)
-        piece, at = _closest(px, pz, nearest[i], first, last, at, controls, stations, _ROUGH, curve)
+        piece, at = _closest(px, pz, nearest[i], first, last, at, controls, stations, ROUGH, curve)
         on_it = stations[piece, 4] - 1e-12 <= at <= stations[piece, 5] + 1e-12
         if on_it and not beyond_end(at, straight[i]):
             length = np.sqrt(curve[1, 0] ** 2 + curve[1, 1] ** 2)

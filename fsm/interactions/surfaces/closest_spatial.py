@@ -28,13 +28,12 @@ from fsm.interactions.search.control_points import (
     surface_at,
     turned_spatial,
 )
+from fsm.interactions.surfaces.closest_planar import EXACT, LINEAR, ROUGH
 from fsm.interactions.surfaces.end_taper import inside_of_end
 from fsm.interactions.surfaces.surface import beyond_end, overshoot
 from fsm.kernels.jit import kernel
 from fsm.kernels.vector import cross, dot
 
-_EXACT, _ROUGH = 1e-14, 1e-3
-"""Tolerances in s of closest points: for forces, and for heights only."""
 _WELL_WITHIN = 0.9
 """Fraction of the half width within which a point certainly lies over the surface."""
 
@@ -75,9 +74,9 @@ def _closest(
             dot(surface[ROW_S], surface[ROW_Y]),
             dot(surface[ROW_Y], surface[ROW_Y]),
         )
-        m_ss, m_sy = g_ss - dot(gap, surface[ROW_SS]), g_sy - dot(gap, surface[ROW_SY])
+        m_ss, m_sy, bound = g_ss - dot(gap, surface[ROW_SS]), g_sy - dot(gap, surface[ROW_SY]), tolerance
         if m_ss * g_yy - m_sy * m_sy < 0.1 * (g_ss * g_yy - g_sy * g_sy):
-            m_ss, m_sy = g_ss, g_sy
+            m_ss, m_sy, bound = g_ss, g_sy, LINEAR * tolerance
         determinant = m_ss * g_yy - m_sy * m_sy
         step_s = min(0.5, max(-0.5, (g_yy * r_s - m_sy * r_y) / determinant))
         step_y = (m_ss * r_y - m_sy * r_s) / determinant
@@ -90,7 +89,7 @@ def _closest(
             piece, s = piece - 1, 1.0
             continue
         before, s = s, min(stations[piece, 5] + 0.5, max(stations[piece, 4] - 0.5, new))
-        if abs(step_s) < tolerance and abs(step_y) < tolerance * half_width[piece]:
+        if abs(step_s) < bound and abs(step_y) < bound * half_width[piece]:
             break
         if s == before and s != new:  # the point is far beyond an end
             break
@@ -140,7 +139,7 @@ def find_contacts_spatial(
             continue
         s = along_chord(chords[piece], point)
         piece, s, y = _closest(
-            point, piece, window[i, 0], window[i, 1], controls, stations, half_width, s, place[i, 1], _EXACT, curve, surface
+            point, piece, window[i, 0], window[i, 1], controls, stations, half_width, s, place[i, 1], EXACT, curve, surface
         )
         if s < stations[piece, 4] - 1e-12 or s > stations[piece, 5] + 1e-12 or abs(y) > half_width[piece]:
             continue
@@ -219,7 +218,7 @@ def heights_spatial(
             continue
         s = along_chord(chord, point)
         piece, s, y = _closest(
-            point, nearest[i], first, last, controls, stations, half_width, s, place[i, 1], _ROUGH, curve, surface
+            point, nearest[i], first, last, controls, stations, half_width, s, place[i, 1], ROUGH, curve, surface
         )
         on_it = stations[piece, 4] - 1e-12 <= s <= stations[piece, 5] + 1e-12 and abs(y) <= half_width[piece]
         if on_it and not beyond_end(s, straight[i]):

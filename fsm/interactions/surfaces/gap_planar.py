@@ -29,11 +29,10 @@ from fsm.kernels.scatter import add_block
 
 @kernel(inline=True)
 def _curve(
-    poses: np.ndarray, a: int, b: int, weights: np.ndarray, out: np.ndarray
+    poses: np.ndarray, a: int, b: int, axes: tuple[float, float, float, float], weights: np.ndarray, out: np.ndarray
 ) -> None:
-    """Evaluate C, C_s, C_ss into the rows of `out` (3, 2) from the blend weights (3, 4)."""
-    ca, sa = np.cos(poses[a, 2]), np.sin(poses[a, 2])
-    cb, sb = np.cos(poses[b, 2]), np.sin(poses[b, 2])
+    """Evaluate C, C_s, C_ss into the rows of `out` (3, 2) from the blend weights (3, 4); `axes`: cosines and sines."""
+    ca, sa, cb, sb = axes
     for d in range(3):
         wa, xa, wb, xb = weights[d]
         out[d, 0] = wa * poses[a, 0] + wb * poses[b, 0] + ca * xa + cb * xb
@@ -58,7 +57,9 @@ def _geometry(
     Returns tx, tz, nx, nz, L, distance, n.C_ss.
     """
     blend(s, stations, weights)
-    _curve(poses, bodies[1], bodies[2], weights, curve)
+    ca, sa = np.cos(poses[bodies[1], 2]), np.sin(poses[bodies[1], 2])
+    cb, sb = np.cos(poses[bodies[2], 2]), np.sin(poses[bodies[2], 2])
+    _curve(poses, bodies[1], bodies[2], (ca, sa, cb, sb), weights, curve)
     length = np.sqrt(curve[1, 0] ** 2 + curve[1, 1] ** 2)
     tx, tz = curve[1, 0] / length, curve[1, 1] / length
     nx, nz = -side * tz, side * tx
@@ -70,11 +71,10 @@ def _geometry(
     vectors[0, 0], vectors[0, 1], vectors[0, 2] = tx, tz, tx * arm_z - tz * arm_x
     vectors[1, 0], vectors[1, 1], vectors[1, 2] = nx, nz, nx * arm_z - nz * arm_x
     for k in range(2):
-        body = bodies[1 + k]
-        cb, sb = np.cos(poses[body, 2]), np.sin(poses[body, 2])
+        cosine, sine = (ca, sa) if k == 0 else (cb, sb)
         for d in range(3):
             weight, station = weights[d, 2 * k], weights[d, 2 * k + 1]
-            ax, az = cb * station, -sb * station
+            ax, az = cosine * station, -sine * station
             for row, ux, uz in ((0, tx, tz), (1, nx, nz)):
                 target = row + 2 * d if d < 2 else 4
                 if d == 2 and row == 0:

@@ -22,7 +22,7 @@ from fsm.interactions.search.control_points import ROW, ROW_S, ROW_SS, ROW_SY, R
 from fsm.interactions.surfaces.surface import blend, overshoot
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
-from fsm.kernels.vector import cross, dot, rotate
+from fsm.kernels.vector import cross, dot
 
 
 @kernel
@@ -83,7 +83,6 @@ def variations(
     `normal` (3,), `dual` (2, 3) the contravariant base S^s, S^y, and `change` (5, 18, 3): d_i = d(p - S), dS_s, dS_y,
     dS_ss, dS_sy by every coordinate at fixed (s, y).
     """
-    unit, turned, world = np.zeros(3), np.empty(3), np.empty(3)
     _tables(at[0], at[1], stations, weights, shift, local)
     _surface(poses, bodies[1], bodies[2], shift, local, frames, surface)
     fill_rotation(poses[bodies[0], 3:], frames[0])
@@ -104,27 +103,25 @@ def variations(
         p = poses[bodies[0], m] + frames[0, m, 0] * place[0] + frames[0, m, 1] * place[1]
         distance += normal[m] * (p - surface[ROW, m])
     change[:] = 0.0
-    for j in range(3):
-        unit[:] = 0.0
-        unit[j] = 1.0
-        change[0, j, j] = 1.0
-        # e_j x (place, 0)
-        turned[0] = -unit[2] * place[1]
-        turned[1] = unit[2] * place[0]
-        turned[2] = unit[0] * place[1] - unit[1] * place[0]
-        rotate(frames[0], turned, world)
-        for m in range(3):
-            change[0, 3 + j, m] = world[m]
-        for k in range(2):
-            first = 6 + 6 * k
-            for row in range(5):
-                sign = -1.0 if row == 0 else 1.0
-                change[row, first + j, j] += sign * shift[row, k]
-                cross(unit, local[row, k], turned)
-                rotate(frames[1 + k], turned, world)
-                for m in range(3):
-                    change[row, first + 3 + j, m] += sign * world[m]
+    _set_variations(change[0], 0, 1.0, 1.0, frames[0], place[0], place[1])
+    for k in range(2):
+        for row in range(5):
+            sign = -1.0 if row == 0 else 1.0
+            x, y = local[row, k, 0], local[row, k, 1]
+            _set_variations(change[row], 6 + 6 * k, sign, shift[row, k], frames[1 + k], x, y)
     return distance
+
+
+@kernel
+def _set_variations(
+    out: np.ndarray, first: int, sign: float, shift: float, frame: np.ndarray, x: float, y: float
+) -> None:
+    """Write the variations of `shift` r + A (x, y, 0) by the coordinates of a body to the rows of `out` from `first` on."""
+    for m in range(3):
+        out[first + m, m] = sign * shift
+        out[first + 3, m] = sign * y * frame[m, 2]
+        out[first + 4, m] = -sign * x * frame[m, 2]
+        out[first + 5, m] = sign * (x * frame[m, 1] - y * frame[m, 0])
 
 
 @kernel

@@ -14,18 +14,13 @@ from fsm.kernels.vector import cross, dot, rotate
 
 
 @kernel
-def _second_variation(
-    frame: np.ndarray, arm: np.ndarray, row: int, column: int, unit: np.ndarray, turned: np.ndarray, out: np.ndarray
-) -> None:
+def _second_variation(frame: np.ndarray, arm: np.ndarray, row: int, column: int, out: np.ndarray) -> None:
     """A (e_column x (e_row x arm)): second derivative with respect to rotations `row` and `column`."""
-    unit[:] = 0.0
-    unit[row] = 1.0
-    cross(unit, arm, turned)
-    unit[row] = 0.0
-    unit[column] = 1.0
-    cross(unit, turned, out)
-    turned[0], turned[1], turned[2] = out[0], out[1], out[2]
-    rotate(frame, turned, out)
+    for c in range(3):
+        out[c] = frame[c, row] * arm[column]
+    if row == column:
+        for c in range(3):
+            out[c] -= frame[c, 0] * arm[0] + frame[c, 1] * arm[1] + frame[c, 2] * arm[2]
 
 
 @kernel
@@ -52,7 +47,7 @@ def tangent_gap_spatial(
     weights, shift, local = np.empty((3, 4)), np.empty((5, 2)), np.empty((5, 2, 3))
     frames, surface = np.empty((3, 3, 3)), np.empty((5, 3))
     normal, dual, change = np.empty(3), np.empty((2, 3)), np.empty((5, 18, 3))
-    arm, unit, turned, second = np.zeros(3), np.empty(3), np.empty(3), np.empty(3)
+    arm, turned, second = np.zeros(3), np.empty(3), np.empty(3)
     parameters, tilt = np.empty((2, 18)), np.empty((2, 18))
     normal_change, dual_change = np.empty((18, 3)), np.empty((2, 18, 3))
     base_change = np.empty((2, 18, 3))
@@ -91,14 +86,11 @@ def tangent_gap_spatial(
             for c in range(3):
                 normal_change[m, c] = -dual[0, c] * tilt[0, m] - dual[1, c] * tilt[1, m]
         for m in range(18):
-            for n in range(18):
-                hessian[m, n] = (
-                    dot(normal_change[n], change[0, m])
-                    - dot(normal, change[ROW_S, m]) * parameters[0, n]
-                    - dot(normal, change[ROW_Y, m]) * parameters[1, n]
-                )
-        for m in range(18):
             along_normal[m] = dot(normal, change[0, m])
+            tilt_s, tilt_y = dot(normal, change[ROW_S, m]), dot(normal, change[ROW_Y, m])
+            for n in range(18):
+                turning = dot(normal_change[n], change[0, m])
+                hessian[m, n] = turning - tilt_s * parameters[0, n] - tilt_y * parameters[1, n]
         if with_friction:
             _slip_derivatives(
                 surface, normal, dual, change, parameters, normal_change, base_change, along_normal,
@@ -111,10 +103,10 @@ def tangent_gap_spatial(
                 for column in range(3):
                     if b == 0:
                         arm[0], arm[1], arm[2] = place[probe, 0], place[probe, 1], 0.0
-                        _second_variation(frames[0], arm, row, column, unit, turned, second)
+                        _second_variation(frames[0], arm, row, column, second)
                         sign = 1.0
                     else:
-                        _second_variation(frames[b], local[ROW, b - 1], row, column, unit, turned, second)
+                        _second_variation(frames[b], local[ROW, b - 1], row, column, second)
                         sign = -1.0
                     along = dot(normal, second)
                     hessian[first + row, first + column] += sign * along
@@ -125,7 +117,7 @@ def tangent_gap_spatial(
                     if b > 0:
                         lever = distance - inset[probe]
                         for a, table in ((0, ROW_S), (1, ROW_Y)):
-                            _second_variation(frames[b], local[table, b - 1], row, column, unit, turned, second)
+                            _second_variation(frames[b], local[table, b - 1], row, column, second)
                             along = dot(normal, second)
                             for c in range(3):
                                 slip_second[first + row, first + column, c] += lever * dual[a, c] * along
@@ -205,9 +197,9 @@ def _sliding_derivatives(
             out[9 + j, 6 + c] = out[6 + c, 9 + j] = -axis_turned[j, c]
         for k in range(3):
             out[9 + j, 3 + k] = out[3 + k, 9 + j] = dot(axis_turned[j], point_turned[k])
-            _second_variation(frames[0], point, j, k, unit, turned, second)
+            _second_variation(frames[0], point, j, k, second)
             out[3 + j, 3 + k] = dot(along, second)
-            _second_variation(frames[1], axis, j, k, unit, turned, second)
+            _second_variation(frames[1], axis, j, k, second)
             out[9 + j, 9 + k] = dot(offset, second)
 
 
@@ -245,20 +237,13 @@ def _slip_derivatives(
     for m in range(18):
         along = along_normal[m]
         tilt_s, tilt_y = dot(normal, change[ROW_S, m]), dot(normal, change[ROW_Y, m])
+        bend_s, bend_y = dot(normal, change[ROW_SS, m]), dot(normal, change[ROW_SY, m])
         for n in range(18):
             ds, dy = parameters[0, n], parameters[1, n]
             # d_m changes by -dS_a,m a^a_n; n.dS_a,m by dn.dS_a,m + n.dS_ab,m a^b_n
-            slide = (
-                dot(normal_change[n], change[0, m])
-                - dot(normal, change[ROW_S, m]) * ds
-                - dot(normal, change[ROW_Y, m]) * dy
-            )
-            tilt_s_n = (
-                dot(normal_change[n], change[ROW_S, m])
-                + dot(normal, change[ROW_SS, m]) * ds
-                + dot(normal, change[ROW_SY, m]) * dy
-            )
-            tilt_y_n = dot(normal_change[n], change[ROW_Y, m]) + dot(normal, change[ROW_SY, m]) * ds
+            slide = dot(normal_change[n], change[0, m]) - tilt_s * ds - tilt_y * dy
+            tilt_s_n = dot(normal_change[n], change[ROW_S, m]) + bend_s * ds + bend_y * dy
+            tilt_y_n = dot(normal_change[n], change[ROW_Y, m]) + bend_y * ds
             for c in range(3):
                 moved = -change[ROW_S, m, c] * ds - change[ROW_Y, m, c] * dy
                 out[m, n, c] = (

@@ -11,6 +11,7 @@ from fsm.kernels.block_equations import FAILED, Pattern, set_factors, solution
 from fsm.kernels.body_poses import gather_free, pose_difference, scatter_free
 from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import call_at
+from fsm.kernels.small_blocks import is_zero
 from fsm.model.bodies.array_forces import retract, sum_forces, sum_tangents
 from fsm.model.bodies.array_locked import do_locked
 from fsm.model.bodies.arrays import (
@@ -110,10 +111,14 @@ def largest_force_along(matrix: np.ndarray, pattern: Pattern, span: np.ndarray, 
     size = matrix.shape[1]
     for row in range(pattern.rows.shape[0] - 1):
         for block in range(pattern.rows[row], pattern.rows[row + 1]):
+            if is_zero(matrix[block]):
+                continue
+            first = pattern.columns[block] * size
             for i in range(size):
+                force = 0.0
                 for j in range(size):
-                    force = abs(matrix[block, i, j]) * span[pattern.columns[block] * size + j]
-                    largest = max(largest, force / force_scale[row * size + i])
+                    force = max(force, abs(matrix[block, i, j]) * span[first + j])
+                largest = max(largest, force / force_scale[row * size + i])
     return largest
 
 

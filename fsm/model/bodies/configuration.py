@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from fsm.case.models.scene import Plate
-from fsm.kernels.body_poses import increment_blocks, place_bodies, pose_difference, retract_poses
+from fsm.kernels.body_poses import increment_blocks, place_bodies, place_corners, pose_difference, retract_poses
 from fsm.kernels.newton_euler import quaternion_jacobian, quaternion_rates, tangent_from_quaternion
-from fsm.kernels.rotation import rotate_by
 from fsm.kernels.vector import equal_vectors
 from fsm.model.bodies.drive import PrescribedMotion
 from fsm.model.bodies.turns import Turns
@@ -233,13 +232,7 @@ class Configuration(System):
     def shape(self, t: float, q: np.ndarray) -> np.ndarray:
         """See `System`: the outline of every plate, and lines as outlines without width."""
         poses, _ = self.place(t, q, None)
-        at = poses[self._plate_bodies]
-        local = self._plate_corners
-        if self.spatial:
-            return np.asarray(at[:, None, :3] + rotate_by(at[:, None, 3:], local))
-        cosine, sine = np.cos(at[:, 2:]), np.sin(at[:, 2:])
-        x, z = at[:, :1] + cosine * local[..., 0], at[:, 1:2] - sine * local[..., 0]
-        return np.stack([x, local[..., 1], z], axis=-1)
+        return np.asarray(place_corners(poses, self._plate_bodies, self._plate_corners))
 
     def worst_body(self, vector: np.ndarray) -> str:
         """See `System`."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from fsm.interactions.contact.anisotropic_friction import add_turn_stiffness, stretch, stretch_efforts
 from fsm.kernels.addresses import tables_of
-from fsm.kernels.pointers import AbsentPointer, Pointer, pointers_to
+from fsm.kernels.pointers import AbsentPointer, Example, Pointer, pointers_to
 from fsm.laws.friction import FrictionLaw
 from fsm.model.bodies.contact_arrays import (
     LACKS,
@@ -123,7 +123,7 @@ def _pointers(
         Pointer(found[name], *rest) if name in found else AbsentPointer(result, *rest)
         for name, rest, result in zip(LawKernels._fields, of_laws, of_results, strict=True)
     ))  # fmt: skip
-    state = np.zeros((0, 4), dtype=np.int64), addresses, laws, 0.0
+    state = np.zeros((0, 4), dtype=np.int64), addresses, Example(laws), 0.0
     rest = ContactKernels(
         (*state, True), (*state, True, True), (*state, 0.0), (*state, True), state, (*state, 0.0, one), (*state, two),
         (addresses, two, 0.0), state[:2], (*state, True, two), (addresses, 0.0),

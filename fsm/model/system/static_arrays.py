@@ -189,22 +189,22 @@ class StaticSegments:
 
     def observation(self, record: np.ndarray) -> Observation:
         """See `fsm.solve.interface.system.StaticArrays`."""
-        drives, own = len(self._system.motions), record[DRIVES:].copy()
+        drives, own, values = len(self._system.motions), record[DRIVES:], record[:DRIVES].tolist()
         travel, force, pairs = own[:drives], own[drives : 2 * drives], own[2 * drives :].reshape(7, -1)
-        potential = {name: float(record[self.energies[name]]) for names in self._stored_by for name in names}
-        kinetic, lost, put_in, kept, driven, loads, largest = record[
-            [KINETIC, LOST, INPUT, KEPT_LOSS, DRIVEN, LOADS, LARGEST]
-        ].tolist()
-        energy = Energy(kinetic, potential, lost, put_in, pairs[PAIR_SLIDING : PAIR_DAMPING + 1], kept, driven, loads)
-        return Observation(DriveState(travel, force), energy, largest, self._pairs(pairs))
+        potential = {name: values[self.energies[name]] for names in self._stored_by for name in names}
+        energy = Energy(
+            values[KINETIC], potential, values[LOST], values[INPUT], pairs[PAIR_SLIDING : PAIR_DAMPING + 1],
+            values[KEPT_LOSS], values[DRIVEN], values[LOADS],
+        )  # fmt: skip
+        return Observation(DriveState(travel, force), energy, values[LARGEST], self._pairs(pairs))
 
     def _pairs(self, sums: np.ndarray) -> PairState:
         if not self._contacts.arrays:
             return self._without_contact
         force = sums[PAIR_FORCE]
         slip = np.divide(sums[PAIR_CARRIED], force, out=np.zeros(len(force)), where=force > 0.0)
-        area, friction, lost, damping = sums[[PAIR_AREA, PAIR_FRICTION, PAIR_SLIDING, PAIR_DAMPING]]
-        return PairState(force, sums[PAIR_GAP], area, friction, slip, lost, damping)
+        own = sums[PAIR_AREA], sums[PAIR_FRICTION], slip, sums[PAIR_SLIDING], sums[PAIR_DAMPING]
+        return PairState(force, sums[PAIR_GAP], *own)
 
     @cached_property
     def _without_contact(self) -> PairState:

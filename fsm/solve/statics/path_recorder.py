@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -115,18 +114,19 @@ class PathRecorder:
         forces, pairs = DRIVES + drives, DRIVES + 2 * drives
         dissipated, count = self.energy_balance.pair_energy, len(rows)
         self._pivots = pivots if drives else None  # records of a path without drives have no count
-        for number, row in enumerate(rows, start=1):
-            balance, record, pair_energy, q = path.parts(row)
-            before, self.time, self.q = (self.time, self.q), float(row[AT]), last if number == count else q
-            travel, force = record[DRIVES:forces], record[forces:pairs]
-            pair_force = record[pairs:].reshape(7, -1)[PAIR_FORCE]
-            path_number = CurvePoint.path_after(curve, bool(row[MOVING_ON]))
-            energies = float(record[PANELS]), float(record[CREASES])
-            curve.append(CurvePoint(DriveState(travel, force), pair_force, self.time, path_number, *energies))
-            if number == count or self._is_due():
-                self.energy_balance.set_numbers(balance)
-                self.energy_balance.pair_energy = dissipated + pair_energy
-                self.last, self._before = observation(record), before
+        balances, records, pair_energies, states = path.parts(rows)
+        pair_forces = records[:, pairs:].reshape(count, 7, -1)[:, PAIR_FORCE]
+        numbers = rows[:, [AT, MOVING_ON]].tolist(), records[:, [PANELS, CREASES]].tolist()
+        for number, ((time, moving_on), energies) in enumerate(zip(*numbers, strict=True)):
+            ends = number + 1 == count
+            before, self.time, self.q = (self.time, self.q), time, last if ends else states[number]
+            drive = DriveState(records[number, DRIVES:forces], records[number, forces:pairs])
+            path_number = CurvePoint.path_after(curve, bool(moving_on))
+            curve.append(CurvePoint(drive, pair_forces[number], time, path_number, *energies))
+            if ends or self._is_due():
+                self.energy_balance.set_numbers(balances[number])
+                self.energy_balance.pair_energy = dissipated + pair_energies[number]
+                self.last, self._before = observation(records[number]), before
                 self.u = self.system.difference(before[1], self.q) / (self.time - before[0])
                 self._save()
         self.largest_reaction = float(path.numbers[REACTION])
@@ -231,5 +231,5 @@ class PathRecorder:
             self._saved = self.time
             energy_balance = self.energy_balance
             numbers = energy_balance.dissipated, energy_balance.work, energy_balance.error, energy_balance.pair_energy
-            saved = SavedState(self.time, self.q.copy(), self.u.copy(), self.last, *numbers, self._before, final=final)
-            self.request.on_save(replace(saved, negative_pivots=self._pivots))
+            own = self.time, self.q.copy(), self.u.copy(), self.last, *numbers, self._before
+            self.request.on_save(SavedState(*own, negative_pivots=self._pivots, final=final))

@@ -167,8 +167,9 @@ class Path(NamedTuple):
         sizes = len(self.balance) + len(self.record) + self.pair_energy.size + len(self.q)
         return np.empty((count, BALANCE + sizes))
 
-    def parts(self, row: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Balance, record, energy of contact pairs and configuration of a row."""
-        sizes = len(self.balance), len(self.record), self.pair_energy.size
-        balance, record, pairs, q = np.split(row[BALANCE:], np.cumsum(sizes))
-        return balance, record, pairs.reshape(2, -1), q
+    def parts(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Balances, records, energies of contact pairs and configurations of rows; their first axis counts the rows."""
+        record = BALANCE + len(self.balance)
+        pairs = record + len(self.record)
+        q = pairs + self.pair_energy.size
+        return rows[:, BALANCE:record], rows[:, record:pairs], rows[:, pairs:q].reshape(len(rows), 2, -1), rows[:, q:]
