@@ -354,7 +354,8 @@ class MotionDerivatives:
             if not self.state.t < until:
                 return self.state
             self._panel(min([until, *(b for b in self._breaks if b > self.state.t)]))
-        raise CaseError(Fault("solve.method", f"derivatives of the motion need more than {_MOST} panels, as with rattling latches"))
+        text = f"derivatives of the motion need more than {_MOST} panels, as with rattling latches"
+        raise CaseError(Fault("solve.method", text))
 
     def _panel(self, end: float) -> None:
         """Advance by one panel, and past the switch at its end if there is one."""

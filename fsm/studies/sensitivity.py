@@ -2,7 +2,8 @@
 
 Exact derivatives of the peak force follow from implicit differentiation of the equilibrium path, see
 `fsm.calibrate.sensitivity`, and those of motions from the variational equations, see `fsm.studies.motion_derivatives`.
-Where there are none, the response is differentiated by central differences of complete runs with two steps h and 2h: D = (4 D(h) - D(2h))/3, with the error estimate |D(h) - D(2h)|/3.
+Where there are none, the response is differentiated by central differences of complete runs with two steps h
+and 2h: D = (4 D(h) - D(2h))/3, with the error estimate |D(h) - D(2h)|/3.
 """
 
 from __future__ import annotations
