@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -32,6 +32,8 @@ CURVE = 101
 """Number of points of the force curve that is kept of a run, equally spaced over the travel."""
 _REACTIONS = {"force": "N", "moment": "N m"}
 """Largest reactions of a joint with their units; as responses they are "force at JOINT" and "moment at JOINT"."""
+LATCH_TIME = "latch_time"
+"""Response of a mechanism: time at which its first latch closes, s."""
 MASS = "mass"
 """Response that is known without a run: mass of all bodies of the model, kg."""
 
@@ -226,10 +228,14 @@ def si_value(value: Value, path: str, problem: Problem, where: str) -> float:
 
 
 def evaluate(
-    problem: Problem, values: Mapping[str, float], loaded: LoadedCase | None = None, on_state: OnState | None = None
+    problem: Problem,
+    values: Mapping[str, float],
+    loaded: LoadedCase | None = None,
+    on_state: OnState | None = None,
+    on_summary: Callable[[Mapping[str, Any]], None] | None = None,
 ) -> Run:
     """Run the case, or call the function, at values (SI) of the varied paths; `loaded` is the case with these values.
-    `on_state` receives the states of its equilibrium path.
+    `on_state` receives the states of its equilibrium path, and `on_summary` its summary.
 
     Raises
     ------
@@ -242,6 +248,8 @@ def evaluate(
         return _call(problem, values)
     loaded = loaded or problem.case(values)
     done = ready(False)(loaded, None, progress=False, figures=False, on_state=on_state)
+    if on_summary is not None:
+        on_summary(done.summary)
     return _run_of(problem, loaded, done.summary, curves_of(done.solution, (FORCE,)).get(FORCE))
 
 
@@ -292,7 +300,10 @@ def numbers_of(summary: Mapping[str, Any]) -> dict[str, tuple[Any, str]]:
     for entry in summary.get("reactions", ()):
         found |= {f"{key} at {entry['joint']}": (entry[key], unit) for key, unit in _REACTIONS.items() if key in entry}
     impulses = [event["impulse"] for event in summary.get("joint_events", ()) if event.get("what") == "latch closes"]
-    return found | ({"latch_impulse": (max(impulses), "N m s")} if impulses else {})
+    found |= {"latch_impulse": (max(impulses), "N m s")} if impulses else {}
+    closed = [event for event in summary.get("joint_events", ()) if event.get("what") == "latch closes"]
+    times = [event["time"] for event in closed if "time" in event]
+    return found | ({LATCH_TIME: (times[0], "s")} if times else {})
 
 
 def _response(one: StudyResponse, known: Mapping[str, tuple[Any, str]], summary: Mapping[str, Any]) -> tuple[Any, str]:

@@ -1,8 +1,9 @@
 """Derivatives of a response with respect to numbers of a case.
 
 Exact derivatives of the peak force follow from implicit differentiation of the equilibrium path, see
-`fsm.calibrate.sensitivity`. Where there are none, the response is differentiated by central differences of complete runs
-with two steps h and 2h: D = (4 D(h) - D(2h))/3, with the error estimate |D(h) - D(2h)|/3.
+`fsm.calibrate.sensitivity`, and those of motions from the variational equations, see `fsm.studies.motion_derivatives`.
+Where there are none, the response is differentiated by central differences of complete runs with two steps h
+and 2h: D = (4 D(h) - D(2h))/3, with the error estimate |D(h) - D(2h)|/3.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from fsm.case.loading.model_file import read_file
 from fsm.case.models.case import Case
 from fsm.case.models.study import StudyFile, StudyResponse
 from fsm.errors import CaseError, Fault, FsmError
+from fsm.studies.motion_derivatives import STEP_OF_MOTION, derivatives_of_motion, motion_response
 from fsm.studies.problem import Problem, Run, case_problem, evaluate, nominal_value
 from fsm.studies.rows import run_all
 from fsm.studies.scatter import correlation_matrix, scatter_of
@@ -42,7 +44,7 @@ class Derivative:
     path, unit : path of the number and its SI unit
     value : SI
     slope : SI unit of the response per SI unit of the number
-    exact : whether the slope comes from the equilibrium path, else from differences of runs
+    exact : whether the slope comes from the equilibrium path or the equations of motion, else from differences of runs
     error : estimated error of the slope; 0 if exact
     sigma : standard deviation of the number, SI; None if it is not known
     """
@@ -141,7 +143,8 @@ def sensitivity(
             )
     values = {path: float(value) for path, value in nominal.items() if value is not None}
     states = PathStates()
-    run = evaluate(problem, {}, base, states.add if of == PEAK else None)
+    summary: dict[str, Any] = {}
+    run = evaluate(problem, {}, base, states.add if of == PEAK else None, summary.update)
     key = problem.responses[0].key
     warnings = []
     if run.snaps:
@@ -149,6 +152,8 @@ def sensitivity(
             f"the structure snaps {run.snaps} times; near a snap the response may jump, and its derivative says nothing"
         )
     slopes, why = _exact(base.case, of, paths, states, run, warnings)
+    if of != PEAK:
+        slopes, why = _of_motion(problem, base.case, of, values, summary)
     left = [path for path in paths if path not in slopes]
     if left:
         warnings.append(f"differences of runs in place of exact derivatives{': ' + why if why else ''}")
@@ -201,7 +206,7 @@ def _exact(
 ) -> tuple[dict[str, float], str]:
     """Exact derivatives by path, as far as there are any, and the reason for those that are missing."""
     if of != PEAK:
-        return {}, "only the peak force has exact derivatives"
+        return {}, ""
     try:
         peak = _peak(case, states, paths, run)
     except CaseError as error:
@@ -213,6 +218,24 @@ def _exact(
     if not slopes and not peak.without:
         warnings.append("the peak is at a snap, where the force has no derivative")
     return slopes, "; ".join(map(str, peak.without)) or "the peak is at a snap"
+
+
+def _of_motion(
+    problem: Problem, case: Case, of: str, values: Mapping[str, float], summary: Mapping[str, Any]
+) -> tuple[dict[str, float], str]:
+    """Derivatives of a response of a motion by path, and the reason if there are none."""
+    found = motion_response(of, summary)
+    if found is None:
+        return {}, "only the peak force, and in motions the latch time and channels except reactions, have exact derivatives"
+    steps = {path: STEP_OF_MOTION * (abs(value) or 1.0) for path, value in values.items()}
+    try:
+        cases = [problem.case({path: values[path] + step}).case for path, step in steps.items()]
+        slopes = derivatives_of_motion(case, cases, list(steps.values()), *found)
+    except CaseError as error:
+        return {}, "; ".join(str(fault) for fault in error.faults)
+    except FsmError as error:
+        return {}, str(error)
+    return dict(zip(values, slopes.tolist(), strict=True)), ""
 
 
 def _differences(
