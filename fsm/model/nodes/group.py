@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from fsm.kernels.addresses import ROW, address_table
+from fsm.kernels.addresses import ROW, address_table, put_array
 from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import address_of, call_at
 from fsm.model.nodes.arrays import (
@@ -58,25 +58,18 @@ class MassPart:
     tensor: np.ndarray
 
 
-@kernel(inline=True)
-def _put(table: np.ndarray, row: int, array: np.ndarray) -> None:
-    table[row, 0] = array.ctypes.data
-    for k in range(array.ndim):
-        table[row, 1 + k] = array.shape[k]
-
-
 @kernel
 def _call(
     address: int, table: np.ndarray, own: np.ndarray, moving: float, q: np.ndarray, u: np.ndarray, force: np.ndarray,
     stiffness: np.ndarray, damping: np.ndarray, last: np.ndarray,
 ) -> float:  # fmt: skip
     """Call a kernel with these arrays of the mesh."""
-    _put(table, Q, q)
-    _put(table, U, u)
-    _put(table, FORCE, force)
-    _put(table, STIFFNESS, stiffness)
-    _put(table, DAMPING, damping)
-    _put(table, LAST, last)
+    put_array(table, Q, q)
+    put_array(table, U, u)
+    put_array(table, FORCE, force)
+    put_array(table, STIFFNESS, stiffness)
+    put_array(table, DAMPING, damping)
+    put_array(table, LAST, last)
     return float(call_at(address, table, own, moving))
 
 

@@ -42,11 +42,7 @@ class BeamGroup(ElementGroup):
     beta: np.ndarray
     masses: np.ndarray
     name: str = "bars"
-
-    @property
-    def kernels(self) -> tuple[Any, ...]:
-        """See `ElementGroup`."""
-        return BEAMS
+    kernels = BEAMS
 
     @property
     def table(self) -> list[np.ndarray]:

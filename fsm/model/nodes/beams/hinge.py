@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -282,11 +282,7 @@ class HingeGroup(ElementGroup):
             np.ascontiguousarray(self.vectors), np.ascontiguousarray(self.initial), np.ascontiguousarray(self.sign),
             np.ascontiguousarray(self.law), self.times, latched,
         )  # fmt: skip
-
-    @property
-    def kernels(self) -> tuple[Any, ...]:
-        """See `ElementGroup`."""
-        return _force, _tangent, _stored, _lost
+    kernels = _force, _tangent, _stored, _lost
 
     @property
     def table(self) -> list[np.ndarray]:

@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -53,11 +52,7 @@ class CreaseLineGroup(ElementGroup):
     def rate_dependent(self) -> bool:
         """See `ElementGroup`."""
         return self.viscosity > 0.0
-
-    @property
-    def kernels(self) -> tuple[Any, ...]:
-        """See `ElementGroup`."""
-        return FOLDS
+    kernels = FOLDS
 
     @property
     def table(self) -> list[np.ndarray]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -64,11 +63,7 @@ class FacetGroup(ElementGroup):
     name: str = "panels"
     _before: PreviousState | None = field(default=None, init=False)
     _duration: float = field(default=0.0, init=False)
-
-    @property
-    def kernels(self) -> tuple[Any, ...]:
-        """See `ElementGroup`."""
-        return FACETS
+    kernels = FACETS
 
     @property
     def table(self) -> list[np.ndarray]:

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -48,11 +47,7 @@ class FoldGroup(ElementGroup):
     name: str = "creases"
     _time: float = field(default=0.0, init=False)
     _before: PreviousState | None = field(default=None, init=False)
-
-    @property
-    def kernels(self) -> tuple[Any, ...]:
-        """See `ElementGroup`."""
-        return FOLDS
+    kernels = FOLDS
 
     @property
     def table(self) -> list[np.ndarray]:

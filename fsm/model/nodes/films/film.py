@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -155,11 +154,7 @@ class MembraneGroup(ElementGroup):
     rest: np.ndarray | None = None
     name: str = "film"
     points: tuple[int, int] = POINTS
-
-    @property
-    def kernels(self) -> tuple[Any, ...]:
-        """See `ElementGroup`."""
-        return FILMS
+    kernels = FILMS
 
     @property
     def table(self) -> list[np.ndarray]:
