@@ -20,21 +20,7 @@ import numpy as np
 from fsm.kernels.addresses import ROW, address_table, put_array
 from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import address_of, call_at
-from fsm.model.nodes.arrays import (
-    DAMPING,
-    FORCE,
-    FORCE_AT,
-    LAST,
-    LOST_AT,
-    MEAN_OVER,
-    NOW,
-    NUMBERS,
-    STIFFNESS,
-    STORED_AT,
-    TANGENT_AT,
-    Q,
-    U,
-)
+from fsm.model.nodes import arrays as at
 from fsm.solve.interface.records import PreviousState
 
 _NO_BLOCKS = np.zeros((0, 1, 1))
@@ -64,12 +50,12 @@ def _call(
     stiffness: np.ndarray, damping: np.ndarray, last: np.ndarray,
 ) -> float:  # fmt: skip
     """Call a kernel with these arrays of the mesh."""
-    put_array(table, Q, q)
-    put_array(table, U, u)
-    put_array(table, FORCE, force)
-    put_array(table, STIFFNESS, stiffness)
-    put_array(table, DAMPING, damping)
-    put_array(table, LAST, last)
+    put_array(table, at.Q, q)
+    put_array(table, at.U, u)
+    put_array(table, at.FORCE, force)
+    put_array(table, at.STIFFNESS, stiffness)
+    put_array(table, at.DAMPING, damping)
+    put_array(table, at.LAST, last)
     return float(call_at(address, table, own, moving))
 
 
@@ -78,8 +64,8 @@ class _Alone:
 
     def __init__(self, group: ElementGroup) -> None:
         self.group, self.numbers = group, np.zeros(5)
-        self.table = np.zeros((LAST + 1, ROW), dtype=np.int64)
-        self.table[NUMBERS] = address_table([self.numbers])[0]
+        self.table = np.zeros((at.LAST + 1, ROW), dtype=np.int64)
+        self.table[at.NUMBERS] = address_table([self.numbers])[0]
         self.before: PreviousState | None = None
         self._slots: np.ndarray | None = None
         self._use(np.zeros((0, *group.vectors.shape[1:] * 2), dtype=np.int64))
@@ -149,11 +135,11 @@ class ElementGroup(ABC):
         """Set the time, and in a step of a path the state at its other end, for all later calls."""
         alone = self._alone
         alone.before = before if before is not None and before[0] != t else None
-        alone.numbers[NOW], alone.numbers[MEAN_OVER] = t, 0.0 if alone.before is None else t - alone.before[0]
+        alone.numbers[at.NOW], alone.numbers[at.MEAN_OVER] = t, 0.0 if alone.before is None else t - alone.before[0]
 
     def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
         """Add the generalised forces -dU/dq - dR/du to `force` (n,); without u the rates are zero."""
-        self._alone.call(FORCE_AT, q, u, force)
+        self._alone.call(at.FORCE_AT, q, u, force)
 
     def add_linearised(
         self,
@@ -172,9 +158,9 @@ class ElementGroup(ABC):
             Position, in the flat block data, of the first entry of the block of two vectors; rows are `size` apart.
         stiffness, damping : (n_blocks, size, size) arrays
         """
-        self._alone.call(TANGENT_AT, q, u, force, slots, stiffness, damping)
+        self._alone.call(at.TANGENT_AT, q, u, force, slots, stiffness, damping)
 
     def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
         """Stored energy (J) and dissipated power (W)."""
-        lost = 0.0 if u is None else self._alone.call(LOST_AT, q, u, q)
-        return self._alone.call(STORED_AT, q, u, q), lost
+        lost = 0.0 if u is None else self._alone.call(at.LOST_AT, q, u, q)
+        return self._alone.call(at.STORED_AT, q, u, q), lost
