@@ -91,10 +91,6 @@ class BarGroup(ElementGroup):
         """See `ElementGroup`."""
         return self.viscosity > 0.0
 
-    def stretches(self, q: np.ndarray) -> np.ndarray:
-        """Stretch l/L of every bar, (m,)."""
-        return np.asarray(_stretches(self.arrays, q))
-
     def forces(self, q: np.ndarray) -> np.ndarray:
         """Axial force of every bar at rest, (m,), N; tension is positive."""
         return np.asarray(_forces(self.arrays, q))

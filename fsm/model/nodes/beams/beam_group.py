@@ -23,8 +23,8 @@ class BeamGroup(ElementGroup):
 
     Attributes
     ----------
-    strains, hessians : kernels of the element
-        Kernels that compute arrays of `BeamArrays` from z: strains and gradients, and hessians.
+    strains : kernel of the element
+        Kernel that computes strains and gradients of `BeamArrays` from z.
     vectors : (m, v) int array
         First coordinate of each vector of each element.
     frames : (m, v, 2) array
@@ -34,7 +34,6 @@ class BeamGroup(ElementGroup):
     """
 
     strains: Callable[..., Any]
-    hessians: Callable[..., Any]
     vectors: np.ndarray
     frames: np.ndarray
     rows: np.ndarray
