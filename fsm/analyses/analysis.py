@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol, cast
+from typing import Any, Protocol
 
 import numpy as np
 
 from fsm.analyses.comparison import Comparison, Statement
 from fsm.analyses.run_step import RunStep, States
-from fsm.model.plan.in_python import InPython
+from fsm.model.plan.in_python import of_compiler
 from fsm.results.array import ArrayMotion
 from fsm.results.solution import Layout, Solution
 from fsm.solve.interface.system import System
@@ -165,10 +165,7 @@ class OneStep(Analysis, Protocol):
 
     def in_python(self) -> tuple[str, ...]:
         """See `Analysis`."""
-        from fsm.model.nodes.system.arrays_of import parts_in_python  # imports all kinds of elements
-
-        method, system = self.method()[0], cast(Any, self.system)
-        own = getattr(system, "in_python", None) or InPython(parts_in_python(system))
+        method, own = self.method()[0], getattr(self.system, "in_python", of_compiler())
         return () if method == MODAL else own.of(method)
 
     def enter(self, number: int, states: States | None) -> System:

@@ -116,3 +116,11 @@ def integers_2d(table: np.ndarray, row: int) -> np.ndarray:
 def table_at(tables: np.ndarray, number: int) -> np.ndarray:
     """One of several tables."""
     return _integers(tables[number, 0], (tables[number, 1], ROW))
+
+
+@kernel(inline=True)
+def put_array(table: np.ndarray, row: int, array: np.ndarray) -> None:
+    """Write address and shape of an array to a row of a table."""
+    table[row, 0] = array.ctypes.data
+    for k in range(array.ndim):
+        table[row, 1 + k] = array.shape[k]

@@ -13,32 +13,15 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.newton_euler import add_gyroscopic, gyroscopic_damping
 from fsm.kernels.pieces import program_at
 from fsm.kernels.pointers import call_at
-from fsm.model.bodies.arrays import (
-    DAMPING,
-    DOF,
-    FORCE,
-    FORCE_BY,
-    FREE,
-    INERTIA,
-    POSES,
-    RATES,
-    STIFFNESS,
-    TANGENT_BY,
-    WEIGHT,
-    Loads,
-    Segments,
-    driven_of,
-    loads_of,
-    pattern_of,
-    springs_of,
-)
+from fsm.model.bodies import arrays as at
+from fsm.model.bodies.arrays import Loads, Segments, driven_of, loads_of, pattern_of, springs_of
 from fsm.model.bodies.contact_arrays import keep_loaded
 
 
 @kernel
 def place(table: np.ndarray, t: float, q: np.ndarray, u: np.ndarray) -> None:
     """Write poses and rates of all bodies."""
-    free, poses, rates = integers_1d(table, FREE), floats_2d(table, POSES), floats_2d(table, RATES)
+    free, poses, rates = integers_1d(table, at.FREE), floats_2d(table, at.POSES), floats_2d(table, at.RATES)
     no = u.shape[0] < 0  # this is a variable, because a constant would cause a new compilation of the kernel
     scatter_free(free, q, not no and poses.shape[1] == 7, poses)
     scatter_free(free, u, no, rates)
@@ -68,7 +51,7 @@ def factors_of(loads: Loads, t: float) -> np.ndarray:
 @kernel
 def _set_simple_forces(table: np.ndarray, t: float) -> None:
     """Write weights and loads to the forces."""
-    total, weight, poses = floats_2d(table, FORCE), floats_2d(table, WEIGHT), floats_2d(table, POSES)
+    total, weight, poses = floats_2d(table, at.FORCE), floats_2d(table, at.WEIGHT), floats_2d(table, at.POSES)
     for i in range(total.shape[0]):
         for k in range(total.shape[1]):
             total[i, k] = weight[i, k] if k < weight.shape[1] else 0.0
@@ -82,16 +65,16 @@ def _set_simple_forces(table: np.ndarray, t: float) -> None:
 def sum_forces(model: Segments, t: float, per_second: float) -> None:
     """Write the forces on all bodies at the present poses; `per_second` as for the kernels of elements."""
     table = model.table
-    poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)
+    poses, rates, total = floats_2d(table, at.POSES), floats_2d(table, at.RATES), floats_2d(table, at.FORCE)
     _set_simple_forces(table, t)
     springs = springs_of(table)
     model.by_springs.force(poses, rates, springs.bodies, springs.constants, springs.last, per_second, total)
     for k in range(model.elements.shape[0]):
-        call_at(model.elements[k, FORCE_BY], table, model.element_tables[k], t, per_second)
+        call_at(model.elements[k, at.FORCE_BY], table, model.element_tables[k], t, per_second)
     if model.groups.shape[0] > 0:
         model.by_contacts.force(table, model.groups, model.contact_laws, t, per_second > 0.0)
     if poses.shape[1] == 7:
-        add_gyroscopic(rates, floats_2d(table, INERTIA), total)
+        add_gyroscopic(rates, floats_2d(table, at.INERTIA), total)
 
 
 @kernel
@@ -99,13 +82,13 @@ def force(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray
     """See `fsm.solve.stepping.model`."""
     place(model.table, t, q, u)
     sum_forces(model, t, 0.0)
-    return gather_free(integers_1d(model.table, FREE), floats_2d(model.table, FORCE))
+    return gather_free(integers_1d(model.table, at.FREE), floats_2d(model.table, at.FORCE))
 
 
 @kernel
 def _set_simple_tangents(table: np.ndarray, t: float) -> None:
     """Write the tangents of loads and gyroscopic moments to the block data."""
-    stiffness, damping, poses = floats_3d(table, STIFFNESS), floats_3d(table, DAMPING), floats_2d(table, POSES)
+    stiffness, damping, poses = floats_3d(table, at.STIFFNESS), floats_3d(table, at.DAMPING), floats_2d(table, at.POSES)
     stiffness[:] = 0.0
     damping[:] = 0.0
     loads = loads_of(table)
@@ -116,8 +99,8 @@ def _set_simple_tangents(table: np.ndarray, t: float) -> None:
         )  # fmt: skip
     if poses.shape[1] == 7:
         p = pattern_of(table)
-        dof = integers_1d(table, DOF)
-        gyroscopic_damping(floats_2d(table, RATES), floats_2d(table, INERTIA), dof, p.rows, p.columns, damping)
+        dof = integers_1d(table, at.DOF)
+        gyroscopic_damping(floats_2d(table, at.RATES), floats_2d(table, at.INERTIA), dof, p.rows, p.columns, damping)
 
 
 @kernel
@@ -144,12 +127,12 @@ def sum_tangents(
 def sum_tangents_by_rates(model: Segments, t: float, per_second: float, since: np.ndarray, at_depths: bool) -> None:
     """Write forces, K and D of all parts whose D acts on rates of bodies; arguments as for `sum_tangents`."""
     table = model.table
-    poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)
-    damping = floats_3d(table, DAMPING)
+    poses, rates, total = floats_2d(table, at.POSES), floats_2d(table, at.RATES), floats_2d(table, at.FORCE)
+    damping = floats_3d(table, at.DAMPING)
     _set_simple_forces(table, t)
     _set_simple_tangents(table, t)
     if poses.shape[1] == 7:
-        add_gyroscopic(rates, floats_2d(table, INERTIA), total)
+        add_gyroscopic(rates, floats_2d(table, at.INERTIA), total)
     if model.groups.shape[0] > 0:
         model.by_contacts.tangent(table, model.groups, model.contact_laws, t, per_second > 0.0, at_depths)
     if poses.shape[1] == 7 and since.shape[0] > 0:
@@ -160,14 +143,14 @@ def sum_tangents_by_rates(model: Segments, t: float, per_second: float, since: n
 def add_tangents_by_deformations(model: Segments, t: float, per_second: float, efforts: np.ndarray) -> None:
     """Add forces, K and D of springs and elements; arguments as for `sum_tangents`."""
     table, springs = model.table, springs_of(model.table)
-    poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)
-    stiffness, damping = floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
+    poses, rates, total = floats_2d(table, at.POSES), floats_2d(table, at.RATES), floats_2d(table, at.FORCE)
+    stiffness, damping = floats_3d(table, at.STIFFNESS), floats_3d(table, at.DAMPING)
     model.by_springs.tangent(
         poses, rates, springs.bodies, springs.constants, springs.last, per_second, efforts, springs.slots, total, stiffness,
         damping,
     )  # fmt: skip
     for k in range(model.elements.shape[0]):
-        call_at(model.elements[k, TANGENT_BY], table, model.element_tables[k], t, per_second)
+        call_at(model.elements[k, at.TANGENT_BY], table, model.element_tables[k], t, per_second)
 
 
 @kernel
@@ -176,4 +159,4 @@ def renewed_force(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> np
     place(model.table, t, q, u)
     sum_tangents(model, t, 0.0, springs_of(model.table).last[:0], q[:0], False)
     keep_loaded(model.groups)
-    return gather_free(integers_1d(model.table, FREE), floats_2d(model.table, FORCE))
+    return gather_free(integers_1d(model.table, at.FREE), floats_2d(model.table, at.FORCE))

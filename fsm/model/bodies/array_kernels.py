@@ -12,21 +12,11 @@ from fsm.kernels.block_lu import multiply_blocks
 from fsm.kernels.block_sum import effective_stiffness
 from fsm.kernels.body_poses import increment_blocks
 from fsm.kernels.jit import kernel
+from fsm.model.bodies import arrays as at
 from fsm.model.bodies.array_energies import accept_elements, energies, part_before_event, powers
 from fsm.model.bodies.array_forces import force, place, renewed_force, retract
 from fsm.model.bodies.array_locked import add_inertia, advance, consistent, lock
-from fsm.model.bodies.arrays import (
-    DAMPING,
-    FACTORS,
-    KEPT_DAMPING,
-    KEPT_STIFFNESS,
-    MASS,
-    MATRIX,
-    STIFFNESS,
-    TURNED,
-    Segments,
-    pattern_of,
-)
+from fsm.model.bodies.arrays import Segments, pattern_of
 from fsm.model.bodies.contact_arrays import have_opened, lack_pairs
 from fsm.solve.stepping.model import Calls
 from fsm.solve.stepping.vectors import copy_into, kept, scaled
@@ -38,15 +28,15 @@ from fsm.solve.stepping.vectors import copy_into, kept, scaled
 def _factors_of(model: Segments) -> bool:
     table = model.table
     return set_factors(
-        model.equations, pattern_of(table), floats_3d(table, MATRIX), floats_3d(table, FACTORS), model.flags
+        model.equations, pattern_of(table), floats_3d(table, at.MATRIX), floats_3d(table, at.FACTORS), model.flags
     )
 
 
 @kernel
 def _set_matrix(table: np.ndarray, by_rate: float, by_acceleration: float, x: np.ndarray, maps: bool) -> None:
     """Write S to the matrix."""
-    matrix, stiffness, damping = floats_3d(table, MATRIX), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
-    turned = floats_3d(table, TURNED)
+    matrix, stiffness, damping = floats_3d(table, at.MATRIX), floats_3d(table, at.STIFFNESS), floats_3d(table, at.DAMPING)
+    turned = floats_3d(table, at.TURNED)
     spatial = turned.shape[0] > 0
     for k in range(matrix.shape[0]):
         for i in range(matrix.shape[1]):
@@ -68,7 +58,7 @@ def _factorise(model: Segments, by_rate: float, by_acceleration: float, x: np.nd
 
 @kernel
 def _factorise_mass(model: Segments) -> bool:
-    floats_3d(model.table, MATRIX)[:] = 0.0
+    floats_3d(model.table, at.MATRIX)[:] = 0.0
     add_inertia(model.table, 1.0)
     return _factors_of(model)
 
@@ -77,13 +67,13 @@ def _factorise_mass(model: Segments) -> bool:
 def _solve(model: Segments, right: np.ndarray) -> np.ndarray:
     table = model.table
     return solution(
-        model.equations, pattern_of(table), floats_3d(table, MATRIX), floats_3d(table, FACTORS), model.flags, right
+        model.equations, pattern_of(table), floats_3d(table, at.MATRIX), floats_3d(table, at.FACTORS), model.flags, right
     )
 
 
 @kernel
 def _mapped(model: Segments, change: np.ndarray) -> np.ndarray:
-    turned = floats_3d(model.table, TURNED)
+    turned = floats_3d(model.table, at.TURNED)
     if turned.shape[0] == 0:
         return change
     out = np.empty(change.shape[0])
@@ -98,7 +88,7 @@ def _mapped(model: Segments, change: np.ndarray) -> np.ndarray:
 
 @kernel
 def _mass_times(model: Segments, vector: np.ndarray) -> np.ndarray:
-    mass, out = floats_1d(model.table, MASS), np.empty(vector.shape[0])
+    mass, out = floats_1d(model.table, at.MASS), np.empty(vector.shape[0])
     for i in range(vector.shape[0]):
         out[i] = mass[i] * vector[i]
     return out
@@ -107,13 +97,13 @@ def _mass_times(model: Segments, vector: np.ndarray) -> np.ndarray:
 @kernel
 def _stiffness_times(model: Segments, vector: np.ndarray) -> np.ndarray:
     p = pattern_of(model.table)
-    return multiply_blocks(p.rows, p.columns, floats_3d(model.table, STIFFNESS), vector)
+    return multiply_blocks(p.rows, p.columns, floats_3d(model.table, at.STIFFNESS), vector)
 
 
 @kernel
 def _damping_times(model: Segments, vector: np.ndarray) -> np.ndarray:
     p = pattern_of(model.table)
-    return multiply_blocks(p.rows, p.columns, floats_3d(model.table, DAMPING), vector)
+    return multiply_blocks(p.rows, p.columns, floats_3d(model.table, at.DAMPING), vector)
 
 
 @kernel
@@ -124,8 +114,8 @@ def _unable(model: Segments) -> bool:
 @kernel
 def _keep_tangent(model: Segments, by_stiffness: float, by_damping: float, first: bool) -> bool:
     table = model.table
-    kept(floats_3d(table, STIFFNESS), by_stiffness, first, floats_3d(table, KEPT_STIFFNESS))
-    kept(floats_3d(table, DAMPING), by_damping, first, floats_3d(table, KEPT_DAMPING))
+    kept(floats_3d(table, at.STIFFNESS), by_stiffness, first, floats_3d(table, at.KEPT_STIFFNESS))
+    kept(floats_3d(table, at.DAMPING), by_damping, first, floats_3d(table, at.KEPT_DAMPING))
     return True
 
 

@@ -13,34 +13,13 @@ from fsm.kernels.newton_euler import largest_force, largest_moment, support_reac
 from fsm.kernels.pieces import program_at
 from fsm.kernels.pointers import call_at
 from fsm.kernels.records import replaced
+from fsm.model.bodies import arrays as at
 from fsm.model.bodies.array_energies import part_before_event
 from fsm.model.bodies.array_forces import factors_of, place, sum_forces, sum_tangents
 from fsm.model.bodies.array_locked import largest_multiplier, lock, swap_multipliers
 from fsm.model.bodies.array_pivots import negative_of_last, negative_of_symmetric
 from fsm.model.bodies.array_statics import STATICS, per_second_of, place_mean, take_up
-from fsm.model.bodies.arrays import (
-    ACCEPT_BY,
-    FACTORS,
-    FORCE,
-    FREE,
-    INERTIA,
-    INTERVAL,
-    KEEP_BY,
-    LAST_Q,
-    LOST_BY,
-    MATRIX,
-    POSES,
-    RATES,
-    STIFFNESS,
-    STORED,
-    STORED_BY,
-    WEIGHT,
-    Segments,
-    driven_of,
-    loads_of,
-    pattern_of,
-    springs_of,
-)
+from fsm.model.bodies.arrays import Segments, driven_of, loads_of, pattern_of, springs_of
 from fsm.model.bodies.contact_arrays import BRISTLE, contacts_at, lack_pairs
 from fsm.solve.stepping import path_state as path
 from fsm.solve.stepping.path_state import DRIVES
@@ -52,7 +31,7 @@ from fsm.solve.stepping.vectors import copy_into, subtracted
 def progress(model: Segments, t: float) -> float:
     """See `StaticCalls`."""
     table, value = model.table, t
-    pace = floats_1d(table, INTERVAL)[4]
+    pace = floats_1d(table, at.INTERVAL)[4]
     if pace > 0.0:
         value = program_at(driven_of(table).programs, 0, t)[0] + pace * t
     return value
@@ -60,7 +39,7 @@ def progress(model: Segments, t: float) -> float:
 
 @kernel
 def _difference(model: Segments, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    if floats_2d(model.table, POSES).shape[1] == 7:
+    if floats_2d(model.table, at.POSES).shape[1] == 7:
         return pose_difference(start, end)
     return subtracted(end, start)
 
@@ -92,11 +71,11 @@ def begin_bodies(
     table: np.ndarray, t: float, before: float, q: np.ndarray, start: np.ndarray, rate_dependent: bool
 ) -> None:
     """Begin a step of bodies, with the efforts `start`; see `StaticCalls.begin`."""
-    interval, rates, moves = floats_1d(table, INTERVAL), floats_2d(table, RATES), rate_dependent and t > before
+    interval, rates, moves = floats_1d(table, at.INTERVAL), floats_2d(table, at.RATES), rate_dependent and t > before
     interval[0], interval[1], interval[2], interval[3] = t, t - before if moves else 0.0, t - before, before
-    copy_into(q, floats_1d(table, LAST_Q))
+    copy_into(q, floats_1d(table, at.LAST_Q))
     rates[:] = 0.0
-    place_driven(driven_of(table), t, before if moves else t, floats_2d(table, POSES), rates)
+    place_driven(driven_of(table), t, before if moves else t, floats_2d(table, at.POSES), rates)
     if not moves:
         rates[:] = 0.0
     copy_into(start, springs_of(table).efforts)
@@ -108,7 +87,7 @@ def begin_bodies(
 @kernel
 def place_end(table: np.ndarray, q: np.ndarray) -> None:
     """Write poses and mean rates of all bodies at the end of a step, also if no force depends on rates."""
-    interval, poses, rates = floats_1d(table, INTERVAL), floats_2d(table, POSES), floats_2d(table, RATES)
+    interval, poses, rates = floats_1d(table, at.INTERVAL), floats_2d(table, at.POSES), floats_2d(table, at.RATES)
     place_mean(table, q)
     if not interval[2] > 0.0:
         rates[:] = 0.0
@@ -116,11 +95,11 @@ def place_end(table: np.ndarray, q: np.ndarray) -> None:
         return
     place_driven(driven_of(table), interval[0], interval[3], poses, rates)
     if not interval[1] > 0.0:
-        last = floats_1d(table, LAST_Q)
+        last = floats_1d(table, at.LAST_Q)
         mean = pose_difference(last, q) if poses.shape[1] == 7 else subtracted(q, last)
         for i in range(mean.shape[0]):
             mean[i] /= interval[2]
-        scatter_free(integers_1d(table, FREE), mean, q.shape[0] < 0, rates)
+        scatter_free(integers_1d(table, at.FREE), mean, q.shape[0] < 0, rates)
 
 
 @kernel
@@ -132,14 +111,14 @@ def _end_of_step(
     if has_passed(model):
         record[path.PASSED] = 1.0
         return
-    t, per_second = floats_1d(table, INTERVAL)[0], per_second_of(table)
+    t, per_second = floats_1d(table, at.INTERVAL)[0], per_second_of(table)
     sum_forces(model, t, per_second)
-    write_record(model, t, per_second, integers_1d(table, FREE), record)
-    part = part_before_event(model, t, floats_1d(table, INTERVAL)[2])
+    write_record(model, t, per_second, integers_1d(table, at.FREE), record)
+    part = part_before_event(model, t, floats_1d(table, at.INTERVAL)[2])
     record[path.PART] = part if part <= 1.0 else 0.0
-    p, factors = pattern_of(table), floats_3d(table, FACTORS)
+    p, factors = pattern_of(table), floats_3d(table, at.FACTORS)
     record[path.NEGATIVE] = negative_of_last(
-        model.equations, p, floats_3d(table, MATRIX), factors, model.flags, trial, accurate
+        model.equations, p, floats_3d(table, at.MATRIX), factors, model.flags, trial, accurate
     )  # fmt: skip
     if at_rest:
         record[path.NEGATIVE_AT_REST] = _negative_at_rest(model, trial, accurate)
@@ -161,7 +140,7 @@ def write_record(model: Segments, t: float, per_second: float, moving: np.ndarra
     table, s = model.table, springs_of(model.table)
     first = DRIVES + 2 * driven_of(table).directions.shape[0]
     sums = record[first:].reshape(7, (record.shape[0] - first) // 7)
-    _, record[path.OPENING] = model.by_springs.widest(floats_2d(table, POSES), s.bodies, s.constants, s.structural)
+    _, record[path.OPENING] = model.by_springs.widest(floats_2d(table, at.POSES), s.bodies, s.constants, s.structural)
     _add_joints(model, t, per_second, record)
     _add_motion(table, t, moving, record)
     record[path.LARGEST] = max(record[path.LARGEST], largest_multiplier(model))
@@ -190,17 +169,17 @@ def _bristles(groups: np.ndarray) -> bool:
 def _add_joints(model: Segments, t: float, per_second: float, record: np.ndarray) -> None:
     """Add the energies and the damper power of springs and elements."""
     table = model.table
-    poses, rates, s = floats_2d(table, POSES), floats_2d(table, RATES), springs_of(table)
+    poses, rates, s = floats_2d(table, at.POSES), floats_2d(table, at.RATES), springs_of(table)
     springs, lost = model.by_springs.stored(
         poses, rates, s.bodies, s.constants, s.last, per_second, s.category, s.in_panels.shape[0]
     )
-    of_elements, duration = floats_1d(table, STORED), floats_1d(table, INTERVAL)[2]
+    of_elements, duration = floats_1d(table, at.STORED), floats_1d(table, at.INTERVAL)[2]
     of_elements[:] = 0.0
     of_step = 1.0 / duration if duration > 0.0 else 0.0
     for k in range(model.elements.shape[0]):
         own = model.element_tables[k]
-        call_at(model.elements[k, STORED_BY], table, own, t, of_step)
-        lost += call_at(model.elements[k, LOST_BY], table, own, t, of_step)
+        call_at(model.elements[k, at.STORED_BY], table, own, t, of_step)
+        lost += call_at(model.elements[k, at.LOST_BY], table, own, t, of_step)
     record[path.LOST] += lost
     record[path.LOADS] += of_elements[2]
     record[path.KEPT_LOSS] = of_elements[3]
@@ -213,8 +192,8 @@ def _add_joints(model: Segments, t: float, per_second: float, record: np.ndarray
 @kernel
 def _add_motion(table: np.ndarray, t: float, moving: np.ndarray, record: np.ndarray) -> None:
     """Write travels and forces of drives, energies of the motion and of weights, and the powers of loads and drives."""
-    poses, rates, weight = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, WEIGHT)
-    inertia, wrenches, driven = floats_2d(table, INERTIA), floats_2d(table, FORCE), driven_of(table)
+    poses, rates, weight = floats_2d(table, at.POSES), floats_2d(table, at.RATES), floats_2d(table, at.WEIGHT)
+    inertia, wrenches, driven = floats_2d(table, at.INERTIA), floats_2d(table, at.FORCE), driven_of(table)
     for i in range(rates.shape[0]):
         for k in range(rates.shape[1]):
             record[path.KINETIC] += 0.5 * inertia[i, k] * rates[i, k] ** 2
@@ -225,7 +204,7 @@ def _add_motion(table: np.ndarray, t: float, moving: np.ndarray, record: np.ndar
     record[path.INPUT] = record[path.LOADS] + driving
     reactions = support_reactions(wrenches, moving)
     record[path.LARGEST] = max(
-        largest_force(reactions), floats_1d(table, INTERVAL)[5] * largest_moment(reactions)
+        largest_force(reactions), floats_1d(table, at.INTERVAL)[5] * largest_moment(reactions)
     )  # fmt: skip
     fill_reactions(driven, t, np.zeros(inertia.shape), wrenches, record[DRIVES:])
 
@@ -236,7 +215,7 @@ def _power_of_loads(table: np.ndarray, t: float) -> float:
     loads, power = loads_of(table), 0.0
     if loads.bodies.shape[0] > 0:
         power = applied_power(
-            floats_2d(table, POSES), floats_2d(table, RATES), loads.bodies, loads.points, loads.forces, loads.moments,
+            floats_2d(table, at.POSES), floats_2d(table, at.RATES), loads.bodies, loads.points, loads.forces, loads.moments,
             loads.follower, factors_of(loads, t),
         )  # fmt: skip
     return power
@@ -245,21 +224,21 @@ def _power_of_loads(table: np.ndarray, t: float) -> float:
 @kernel
 def _power_before(model: Segments, t: float, q: np.ndarray) -> float:
     table = model.table
-    poses = floats_2d(table, POSES)
-    scatter_free(integers_1d(table, FREE), q, not q.shape[0] < 0 and poses.shape[1] == 7, poses)
-    place_driven(driven_of(table), t, t, poses, np.empty(floats_2d(table, RATES).shape))
+    poses = floats_2d(table, at.POSES)
+    scatter_free(integers_1d(table, at.FREE), q, not q.shape[0] < 0 and poses.shape[1] == 7, poses)
+    place_driven(driven_of(table), t, t, poses, np.empty(floats_2d(table, at.RATES).shape))
     return power_of_present(model, t)
 
 
 @kernel
 def power_of_present(model: Segments, t: float) -> float:
     """Power of loads and actuators at the present poses and rates, W."""
-    table, of_elements = model.table, floats_1d(model.table, STORED)
+    table, of_elements = model.table, floats_1d(model.table, at.STORED)
     of_elements[:] = 0.0
     swap_multipliers(model)
-    to_end = -1.0 / floats_1d(table, INTERVAL)[2]
+    to_end = -1.0 / floats_1d(table, at.INTERVAL)[2]
     for k in range(model.elements.shape[0]):
-        call_at(model.elements[k, LOST_BY], table, model.element_tables[k], t, to_end)  # actuators write their power
+        call_at(model.elements[k, at.LOST_BY], table, model.element_tables[k], t, to_end)  # actuators write their power
     swap_multipliers(model)
     return _power_of_loads(table, t) + of_elements[2]
 
@@ -267,21 +246,21 @@ def power_of_present(model: Segments, t: float) -> float:
 @kernel
 def _balance_at_rest(model: Segments, t: float, q: np.ndarray, force: np.ndarray, drives: np.ndarray) -> None:
     rest(model.at_rest, t, q)
-    table, before = model.at_rest, t != floats_1d(model.table, INTERVAL)[0]
+    table, before = model.at_rest, t != floats_1d(model.table, at.INTERVAL)[0]
     if before:
         swap_multipliers(model)
     sum_forces(replaced(model, "table", model.at_rest), t, 0.0)
     if before:
         swap_multipliers(model)
-    wrenches = floats_2d(table, FORCE)
-    copy_into(gather_free(integers_1d(table, FREE), wrenches), force)
+    wrenches = floats_2d(table, at.FORCE)
+    copy_into(gather_free(integers_1d(table, at.FREE), wrenches), force)
     write_drives(table, t, drives)
 
 
 @kernel
 def write_drives(table: np.ndarray, t: float, drives: np.ndarray) -> None:
     """Write the forces (n_drives,) of all drives at rest from the present wrenches."""
-    wrenches, count = floats_2d(table, FORCE), drives.shape[0]
+    wrenches, count = floats_2d(table, at.FORCE), drives.shape[0]
     out = np.empty(2 * count)
     fill_reactions(driven_of(table), t, np.zeros(wrenches.shape), wrenches, out)
     copy_into(out[count:], drives)
@@ -290,8 +269,8 @@ def write_drives(table: np.ndarray, t: float, drives: np.ndarray) -> None:
 @kernel
 def rest(table: np.ndarray, t: float, q: np.ndarray) -> None:
     """Write the poses of a state at rest to the table of rates at rest."""
-    rates = floats_2d(table, RATES)
-    place(table, t, q, np.zeros(integers_1d(table, FREE).shape[0] * rates.shape[1]))
+    rates = floats_2d(table, at.RATES)
+    place(table, t, q, np.zeros(integers_1d(table, at.FREE).shape[0] * rates.shape[1]))
     rates[:] = 0.0
 
 
@@ -301,11 +280,11 @@ def rest(table: np.ndarray, t: float, q: np.ndarray) -> None:
 @kernel
 def _negative_at_rest(model: Segments, trial: np.ndarray, accurate: float) -> float:
     """Number of negative pivots of the symmetric part of the stiffness at rest, or `UNKNOWN`."""
-    table, t = model.at_rest, floats_1d(model.table, INTERVAL)[0]
-    sum_tangents(replaced(model, "table", table), t, 0.0, springs_of(table).last[:0], floats_1d(table, LAST_Q)[:0], False)
+    table, t = model.at_rest, floats_1d(model.table, at.INTERVAL)[0]
+    sum_tangents(replaced(model, "table", table), t, 0.0, springs_of(table).last[:0], floats_1d(table, at.LAST_Q)[:0], False)
     return negative_of_symmetric(
-        model.equations, pattern_of(table), floats_3d(table, STIFFNESS), floats_3d(table, MATRIX), floats_3d(table, FACTORS),
-        trial, accurate,
+        model.equations, pattern_of(table), floats_3d(table, at.STIFFNESS), floats_3d(table, at.MATRIX),
+        floats_3d(table, at.FACTORS), trial, accurate,
     )  # fmt: skip
 
 
@@ -322,14 +301,14 @@ def _accept(model: Segments, q: np.ndarray) -> None:
 def accept_present(model: Segments) -> None:
     """Accept the present poses and rates."""
     table = model.table
-    t, per_second, s = floats_1d(table, INTERVAL)[0], per_second_of(table), springs_of(table)
-    poses, rates = floats_2d(table, POSES), floats_2d(table, RATES)
+    t, per_second, s = floats_1d(table, at.INTERVAL)[0], per_second_of(table), springs_of(table)
+    poses, rates = floats_2d(table, at.POSES), floats_2d(table, at.RATES)
     if model.groups.shape[0] > 0:
         model.by_contacts.accept(table, model.groups, model.contact_laws, t, per_second > 0.0)
     copy_into(model.by_springs.deformations(poses, rates, s.bodies, s.constants), s.last)
     for k in range(model.elements.shape[0]):
-        call_at(model.elements[k, KEEP_BY], table, model.element_tables[k], t, per_second)
-        call_at(model.elements[k, ACCEPT_BY], table, model.element_tables[k], t, per_second)
+        call_at(model.elements[k, at.KEEP_BY], table, model.element_tables[k], t, per_second)
+        call_at(model.elements[k, at.ACCEPT_BY], table, model.element_tables[k], t, per_second)
 
 
 @kernel
@@ -345,7 +324,7 @@ def _contact_force(model: Segments, t: float, q: np.ndarray) -> float:
 def largest_contact_force(model: Segments, t: float) -> float:
     """Largest component of the forces of contacts at the present poses, at rest, N."""
     table = model.at_rest
-    force = floats_2d(table, FORCE)
+    force = floats_2d(table, at.FORCE)
     force[:] = 0.0
     model.by_contacts.force(table, model.groups, model.contact_laws, t, False)
     largest: float = largest_force(force)

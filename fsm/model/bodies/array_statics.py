@@ -12,27 +12,10 @@ from fsm.kernels.body_poses import gather_free, pose_difference, scatter_free
 from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import call_at
 from fsm.kernels.small_blocks import is_zero
+from fsm.model.bodies import arrays as at
 from fsm.model.bodies.array_forces import retract, sum_forces, sum_tangents
 from fsm.model.bodies.array_locked import do_locked
-from fsm.model.bodies.arrays import (
-    AGAIN,
-    DAMPING,
-    FACTORS,
-    FORCE,
-    FREE,
-    INTERVAL,
-    LAST_Q,
-    MATRIX,
-    POSES,
-    RATES,
-    STEP,
-    STIFFNESS,
-    TAKE_UP_BY,
-    WORK,
-    Segments,
-    pattern_of,
-    springs_of,
-)
+from fsm.model.bodies.arrays import Segments, pattern_of, springs_of
 from fsm.model.bodies.contact_arrays import lack_pairs, restore_depths
 from fsm.solve.stepping.quasi_static import StaticCalls
 from fsm.solve.stepping.vectors import copy_into, subtracted
@@ -41,24 +24,24 @@ from fsm.solve.stepping.vectors import copy_into, subtracted
 @kernel
 def per_second_of(table: np.ndarray) -> float:
     """Inverse of the time since the last state, 1/s; zero at rest."""
-    duration = floats_1d(table, INTERVAL)[1]
+    duration = floats_1d(table, at.INTERVAL)[1]
     return 1.0 / duration if duration > 0.0 else 0.0
 
 
 @kernel
 def place_mean(table: np.ndarray, q: np.ndarray) -> np.ndarray:
     """Write poses and mean rates of the free bodies; returns the increments since the last state, empty at rest."""
-    free, poses, duration = integers_1d(table, FREE), floats_2d(table, POSES), floats_1d(table, INTERVAL)[1]
+    free, poses, duration = integers_1d(table, at.FREE), floats_2d(table, at.POSES), floats_1d(table, at.INTERVAL)[1]
     no = q.shape[0] < 0  # this is a variable, because a constant would cause a new compilation of the kernel
     scatter_free(free, q, not no and poses.shape[1] == 7, poses)
     if not duration > 0.0:
         return q[:0]
-    last = floats_1d(table, LAST_Q)
+    last = floats_1d(table, at.LAST_Q)
     since = pose_difference(last, q) if poses.shape[1] == 7 else subtracted(q, last)
     mean = np.empty(since.shape[0])
     for i in range(mean.shape[0]):
         mean[i] = since[i] / duration
-    scatter_free(free, mean, no, floats_2d(table, RATES))
+    scatter_free(free, mean, no, floats_2d(table, at.RATES))
     return since
 
 
@@ -66,8 +49,8 @@ def place_mean(table: np.ndarray, q: np.ndarray) -> np.ndarray:
 def _force(model: Segments, q: np.ndarray) -> np.ndarray:
     table = model.table
     place_mean(table, q)
-    sum_forces(model, floats_1d(table, INTERVAL)[0], per_second_of(table))
-    return gather_free(integers_1d(table, FREE), floats_2d(table, FORCE))
+    sum_forces(model, floats_1d(table, at.INTERVAL)[0], per_second_of(table))
+    return gather_free(integers_1d(table, at.FREE), floats_2d(table, at.FORCE))
 
 
 @kernel
@@ -75,8 +58,8 @@ def _linearised_force(model: Segments, q: np.ndarray, mixed: bool) -> np.ndarray
     table = model.table
     since, efforts = place_mean(table, q), springs_of(table).efforts
     own = efforts if mixed else efforts[:0]
-    sum_tangents(model, floats_1d(table, INTERVAL)[0], per_second_of(table), own, since, mixed)
-    return gather_free(integers_1d(table, FREE), floats_2d(table, FORCE))
+    sum_tangents(model, floats_1d(table, at.INTERVAL)[0], per_second_of(table), own, since, mixed)
+    return gather_free(integers_1d(table, at.FREE), floats_2d(table, at.FORCE))
 
 
 @kernel
@@ -93,15 +76,15 @@ def _factorise(model: Segments) -> bool:
     table = model.table
     if lack_pairs(model.groups):
         return False
-    matrix, per_second = floats_3d(table, MATRIX), per_second_of(table)
-    copy_into(floats_3d(table, STIFFNESS), matrix)
-    add_damping(floats_3d(table, DAMPING), per_second, matrix)
-    return set_factors(model.equations, pattern_of(table), matrix, floats_3d(table, FACTORS), model.flags)
+    matrix, per_second = floats_3d(table, at.MATRIX), per_second_of(table)
+    copy_into(floats_3d(table, at.STIFFNESS), matrix)
+    add_damping(floats_3d(table, at.DAMPING), per_second, matrix)
+    return set_factors(model.equations, pattern_of(table), matrix, floats_3d(table, at.FACTORS), model.flags)
 
 
 @kernel
 def _largest_force(model: Segments, span: np.ndarray, force_scale: np.ndarray) -> float:
-    return largest_force_along(floats_3d(model.table, MATRIX), pattern_of(model.table), span, force_scale)
+    return largest_force_along(floats_3d(model.table, at.MATRIX), pattern_of(model.table), span, force_scale)
 
 
 @kernel
@@ -125,7 +108,7 @@ def largest_force_along(matrix: np.ndarray, pattern: Pattern, span: np.ndarray, 
 @kernel
 def _solve(model: Segments, right: np.ndarray) -> np.ndarray:
     table, flags = model.table, model.flags
-    matrix, factors = floats_3d(table, MATRIX), floats_3d(table, FACTORS)
+    matrix, factors = floats_3d(table, at.MATRIX), floats_3d(table, at.FACTORS)
     flags[FAILED] = 0
     x = solution(model.equations, pattern_of(table), matrix, factors, flags, right)
     if flags[FAILED] == 1:
@@ -138,7 +121,7 @@ def _advance(model: Segments, q: np.ndarray, dx: np.ndarray, cut: bool) -> None:
     table = model.table
     if cut:
         restore_depths(model.groups)
-    free, poses, change = integers_1d(table, FREE), floats_2d(table, POSES), np.zeros(floats_2d(table, RATES).shape)
+    free, poses, change = integers_1d(table, at.FREE), floats_2d(table, at.POSES), np.zeros(floats_2d(table, at.RATES).shape)
     no = q.shape[0] < 0
     scatter_free(free, q, not no and poses.shape[1] == 7, poses)
     scatter_free(free, dx, no, change)
@@ -149,7 +132,7 @@ def _advance(model: Segments, q: np.ndarray, dx: np.ndarray, cut: bool) -> None:
 def advance_by(model: Segments, change: np.ndarray, cut: bool) -> None:
     """Advance efforts and depths by increments (n_bodies, 3 or 6) from the present poses; see `StaticCalls.advance`."""
     table = model.table
-    poses, springs = floats_2d(table, POSES), springs_of(table)
+    poses, springs = floats_2d(table, at.POSES), springs_of(table)
     later = model.by_springs.advance(poses, change, springs.bodies, springs.constants, springs.last, per_second_of(table))
     copy_into(later, springs.efforts)
     if model.groups.shape[0] > 0 and not cut:
@@ -158,12 +141,12 @@ def advance_by(model: Segments, change: np.ndarray, cut: bool) -> None:
 
 @kernel
 def _multiply(model: Segments, dx: np.ndarray, part: float, again: bool) -> None:
-    _do_at_rest(model, dx, AGAIN if again else STEP, part)
+    _do_at_rest(model, dx, at.AGAIN if again else at.STEP, part)
 
 
 @kernel
 def _work_of_locks(model: Segments, dx: np.ndarray) -> float:
-    return _do_at_rest(model, dx, WORK, 1.0)
+    return _do_at_rest(model, dx, at.WORK, 1.0)
 
 
 @kernel
@@ -171,7 +154,7 @@ def _do_at_rest(model: Segments, dx: np.ndarray, task: float, part: float) -> fl
     if model.elements.shape[0] == 0:
         return 0.0
     found = do_locked(model, model.at_rest, dx, task, part)
-    floats_2d(model.at_rest, RATES)[:] = 0.0
+    floats_2d(model.at_rest, at.RATES)[:] = 0.0
     return found
 
 
@@ -180,7 +163,7 @@ def take_up(model: Segments, task: int) -> float:
     """See `StaticCalls`."""
     found = 0.0
     for k in range(model.elements.shape[0]):
-        found += call_at(model.elements[k, TAKE_UP_BY], model.table, model.element_tables[k], 0.0, float(task))
+        found += call_at(model.elements[k, at.TAKE_UP_BY], model.table, model.element_tables[k], 0.0, float(task))
     return found
 
 

@@ -8,19 +8,7 @@ import numpy as np
 
 from fsm.interactions.contact.impacts import CORNER_WEIGHT
 from fsm.interactions.contact.pair_sums import AREA, CARRIED, DAMPING, FORCE, FRICTION, SLIDING, smallest_gaps
-from fsm.model.bodies.contact_arrays import (
-    ACROSS,
-    BRISTLE,
-    EVALUATIONS,
-    EXPONENT,
-    FAST,
-    FLOOR,
-    LOSSY,
-    RESOLVES,
-    RESTITUTION,
-    STARTED,
-    STEPS,
-)
+from fsm.model.bodies import contact_arrays as rows
 from fsm.model.bodies.contact_arrays import FRICTION as HAS_FRICTION
 from fsm.model.bodies.group import Group, PreviousPoses
 from fsm.model.bodies.pattern import BodyPattern
@@ -110,12 +98,12 @@ class ContactGroup(Group):
         common, restitution = geometry.common, normal.law.restitution
         self._steps = _STEPS if restitution else _FEWER_STEPS
         rules = common.resolving
-        rules[RESTITUTION], rules[FAST] = restitution, _IMPACT_SPEED * normal.speed_floor
-        rules[EXPONENT], rules[STEPS], rules[FLOOR] = normal.exponent, self._steps, normal.speed_floor
-        common.state[LOSSY] = self.rate_dependent
+        rules[rows.RESTITUTION], rules[rows.FAST] = restitution, _IMPACT_SPEED * normal.speed_floor
+        rules[rows.EXPONENT], rules[rows.STEPS], rules[rows.FLOOR] = normal.exponent, self._steps, normal.speed_floor
+        common.state[rows.LOSSY] = self.rate_dependent
         if friction is not None:
-            common.state[HAS_FRICTION], common.state[BRISTLE] = 1, friction.law.bristle
-            common.numbers[ACROSS] = friction.across if geometry.slips == 3 else 1.0
+            common.state[HAS_FRICTION], common.state[rows.BRISTLE] = 1, friction.law.bristle
+            common.numbers[rows.ACROSS] = friction.across if geometry.slips == 3 else 1.0
 
     @property
     def rate_dependent(self) -> bool:
@@ -134,7 +122,7 @@ class ContactGroup(Group):
     def follow(self, other: ContactGroup, resolve: bool) -> None:
         """Take the memory of another group. If `resolve` is true, steps must resolve impacts."""
         rules = self.geometry.common.resolving
-        rules[:], rules[RESOLVES] = other.geometry.common.resolving, resolve and self.resolves
+        rules[:], rules[rows.RESOLVES] = other.geometry.common.resolving, resolve and self.resolves
         self.restore(other.memory())
 
     # forces ---------------------------------------------------------------------------------------------------------
@@ -333,7 +321,7 @@ class ContactGroup(Group):
     def fraction_before_impacts(self, t: float, poses: np.ndarray, rates: np.ndarray, step: float) -> float:
         """Fraction of a step that ends before its impacts begin; see `fsm.interactions.contact.impacts`."""
         geometry = self.geometry
-        started = geometry.common.state[STARTED] == 1 and self.resolves
+        started = geometry.common.state[rows.STARTED] == 1 and self.resolves
         found = self._evaluate(t, poses, rates, None) if started else None
         if found is None:
             return 1.0
@@ -356,9 +344,9 @@ class ContactGroup(Group):
 
     def coarsen(self, factor: float) -> None:
         """Multiply the step sizes that resolve impacts by a factor."""
-        self.geometry.common.resolving[STEPS] = self._steps / factor
+        self.geometry.common.resolving[rows.STEPS] = self._steps / factor
 
     def count(self, twin: ContactGroup) -> None:
         """Add the number of states that compiled steps have evaluated on a twin."""
-        self.evaluations += int(twin.geometry.common.state[EVALUATIONS])
-        twin.geometry.common.state[EVALUATIONS] = 0
+        self.evaluations += int(twin.geometry.common.state[rows.EVALUATIONS])
+        twin.geometry.common.state[rows.EVALUATIONS] = 0

@@ -53,13 +53,6 @@ class Tapers(NamedTuple):
         at = np.minimum(np.searchsorted(self.key, key), len(self.key) - 1)
         return np.where((facet >= 0) & (self.key[at] == key), self.factor[at], 1.0)
 
-    def of_edges(
-        self, one: np.ndarray, two: np.ndarray, facets_one: np.ndarray, facets_two: np.ndarray
-    ) -> np.ndarray:
-        """Clearance of pairs of edges: mean over their ends (m, 2) of the least over the facets (m, k) of the other edge."""
-        of_one = self.of(one[:, :, None], facets_two[:, None, :]).min(axis=2).mean(axis=1)
-        return np.asarray(0.5 * (of_one + self.of(two[:, :, None], facets_one[:, None, :]).min(axis=2).mean(axis=1)))
-
 
 class CommonLines(NamedTuple):
     """Common edges of facets, and common vertices of facets without a common edge.

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fsm.kernels.addresses import ROW, address_table, integers_2d
+from fsm.kernels.addresses import ROW, address_table, integers_2d, put_array
 from fsm.kernels.block_equations import Pattern
 from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import address_of, call_at, pointers
@@ -91,24 +91,17 @@ def slots_of(own: np.ndarray) -> np.ndarray:
     return integers_2d(own, _SLOTS)
 
 
-@kernel(inline=True)
-def _put(table: np.ndarray, row: int, array: np.ndarray) -> None:
-    table[row, 0] = array.ctypes.data
-    for k in range(array.ndim):
-        table[row, 1 + k] = array.shape[k]
-
-
 @kernel
 def _call(
     address: int, table: np.ndarray, own: np.ndarray, t: float, per_second: float, poses: np.ndarray, rates: np.ndarray,
     force: np.ndarray, stiffness: np.ndarray, damping: np.ndarray,
 ) -> float:  # fmt: skip
     """Call a kernel with these arrays of the model."""
-    _put(table, POSES, poses)
-    _put(table, RATES, rates)
-    _put(table, FORCE, force)
-    _put(table, STIFFNESS, stiffness)
-    _put(table, DAMPING, damping)
+    put_array(table, POSES, poses)
+    put_array(table, RATES, rates)
+    put_array(table, FORCE, force)
+    put_array(table, STIFFNESS, stiffness)
+    put_array(table, DAMPING, damping)
     return float(call_at(address, table, own, t, per_second))
 
 

@@ -18,22 +18,8 @@ from fsm.model.bodies.arrays import FREE, POSES, RATES, springs_of
 from fsm.model.bodies.arrays import STIFFNESS as BODY_STIFFNESS
 from fsm.model.bodies.arrays import pattern_of as body_pattern_of
 from fsm.model.bodies.contact_arrays import keep_loaded
-from fsm.model.joined.arrays import (
-    AT,
-    CURVATURES,
-    MEMBERS,
-    MOMENTS,
-    NEAR,
-    NODE_ROWS,
-    OF_MEMBERS,
-    OWN_RATES,
-    ROWS,
-    SLOTS,
-    STARTS,
-    TURNING,
-    Joined,
-    frames_of,
-)
+from fsm.model.joined import arrays as at
+from fsm.model.joined.arrays import Joined, frames_of
 from fsm.model.joined.condense import add_condensed, add_curvatures, fold_forces
 from fsm.model.joined.frames import frame_maps, place_frames
 from fsm.model.nodes.arrays import DAMPING, FIXED, FORCE, STIFFNESS, Q, U
@@ -57,8 +43,8 @@ def fill_maps(model: Joined) -> None:
     f = frames_of(table)
     frame_maps(
         f.first, f.vectors, f.weights, f.along, f.across, f.fixed, f.oriented, floats_1d(nodes, Q), floats_1d(nodes, U),
-        floats_2d(table, MOMENTS), floats_3d(table, MEMBERS)[2 * free :], floats_3d(table, TURNING)[2 * free :],
-        floats_3d(table, CURVATURES), floats_2d(table, OWN_RATES),
+        floats_2d(table, at.MOMENTS), floats_3d(table, at.MEMBERS)[2 * free :], floats_3d(table, at.TURNING)[2 * free :],
+        floats_3d(table, at.CURVATURES), floats_2d(table, at.OWN_RATES),
     )  # fmt: skip
 
 
@@ -76,14 +62,14 @@ def place(model: Joined, t: float, q: np.ndarray, u: np.ndarray) -> None:
 @kernel
 def set_frames(model: Joined, q: np.ndarray) -> None:
     """Write the poses of all frames at these coordinates of the nodes."""
-    f, poses, near = frames_of(model.table), floats_2d(model.bodies.table, POSES), floats_2d(model.table, NEAR)
+    f, poses, near = frames_of(model.table), floats_2d(model.bodies.table, POSES), floats_2d(model.table, at.NEAR)
     place_frames(f.bodies, f.first, f.vectors, f.weights, f.along, f.across, f.fixed, f.oriented, q, near, poses)
 
 
 @kernel
 def copy_rates(model: Joined, rates: np.ndarray) -> None:
     """Copy the rates of all frames to those of bodies, (n_bodies, 6)."""
-    bodies, own = integers_1d(model.table, AT), floats_2d(model.table, OWN_RATES)
+    bodies, own = integers_1d(model.table, at.AT), floats_2d(model.table, at.OWN_RATES)
     for i in range(bodies.shape[0]):
         for k in range(6):
             rates[bodies[i], k] = own[i, k]
@@ -93,8 +79,8 @@ def copy_rates(model: Joined, rates: np.ndarray) -> None:
 def spread(model: Joined, change: np.ndarray, rates: np.ndarray) -> None:
     """Write an increment or a rate (nu,) as those of all bodies and frames, (n_bodies, 6), with the present maps."""
     free, table, fixed = integers_1d(model.bodies.table, FREE), model.table, integers_2d(model.nodes.table, FIXED)
-    f, rows, held, first = frames_of(table), integers_1d(table, NODE_ROWS), fixed.reshape(-1), 6 * free.shape[0]
-    maps = floats_3d(table, MEMBERS)[2 * free.shape[0] :]
+    f, rows, held, first = frames_of(table), integers_1d(table, at.NODE_ROWS), fixed.reshape(-1), 6 * free.shape[0]
+    maps = floats_3d(table, at.MEMBERS)[2 * free.shape[0] :]
     rates[:] = 0.0
     scatter_free(free, change[:first], change.shape[0] < 0, rates)
     for i in range(f.bodies.shape[0]):
@@ -109,13 +95,13 @@ def spread(model: Joined, change: np.ndarray, rates: np.ndarray) -> None:
 def folded(model: Joined, q: np.ndarray) -> np.ndarray:
     """Generalised forces (nu,) from the present wrenches on bodies and forces on coordinates."""
     bodies, nodes, table, free = model.bodies.table, model.nodes.table, model.table, integers_1d(model.bodies.table, FREE)
-    f, wrenches, on_frames = frames_of(table), floats_2d(bodies, WRENCHES), floats_2d(table, OWN_RATES)
+    f, wrenches, on_frames = frames_of(table), floats_2d(bodies, WRENCHES), floats_2d(table, at.OWN_RATES)
     count = free.shape[0]
     for i in range(f.bodies.shape[0]):
         for k in range(6):
             on_frames[i, k] = wrenches[f.bodies[i], k]
-    maps = floats_3d(table, MEMBERS)[2 * count :]
-    fold_forces(on_frames, f.first, integers_1d(table, NODE_ROWS), maps, floats_1d(nodes, FORCE))
+    maps = floats_3d(table, at.MEMBERS)[2 * count :]
+    fold_forces(on_frames, f.first, integers_1d(table, at.NODE_ROWS), maps, floats_1d(nodes, FORCE))
     of_nodes = forces_of_coordinates(nodes, q[7 * count :])
     out = np.empty(6 * count + of_nodes.shape[0])
     for i in range(count):
@@ -138,7 +124,7 @@ def force(model: Joined, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
 @kernel
 def set_moments(model: Joined) -> None:
     """Compute the curvatures of the present moments on the frames."""
-    moments, wrenches = floats_2d(model.table, MOMENTS), floats_2d(model.bodies.table, WRENCHES)
+    moments, wrenches = floats_2d(model.table, at.MOMENTS), floats_2d(model.bodies.table, WRENCHES)
     f, any_moment = frames_of(model.table), False
     for i in range(f.bodies.shape[0]):
         for k in range(3):
@@ -158,10 +144,10 @@ def add_turning(model: Joined) -> None:
     if not turns:
         return
     bodies, table, p = model.bodies.table, model.table, body_pattern_of(model.bodies.table)
-    first, starts, slots = integers_1d(table, OF_MEMBERS), integers_1d(table, STARTS), integers_1d(table, SLOTS)
+    first, starts, slots = integers_1d(table, at.OF_MEMBERS), integers_1d(table, at.STARTS), integers_1d(table, at.SLOTS)
     add_condensed(
-        p.rows, p.columns, floats_3d(bodies, BODY_DAMPING), first, floats_3d(table, MEMBERS), floats_3d(table, TURNING),
-        starts, slots, floats_3d(model.nodes.table, STIFFNESS),
+        p.rows, p.columns, floats_3d(bodies, BODY_DAMPING), first, floats_3d(table, at.MEMBERS),
+        floats_3d(table, at.TURNING), starts, slots, floats_3d(model.nodes.table, STIFFNESS),
     )  # fmt: skip
 
 
@@ -172,14 +158,14 @@ def condense(model: Joined) -> None:
     p, joined = body_pattern_of(bodies), joined_pattern_of(nodes)
     stiffness, damping = floats_3d(nodes, STIFFNESS), floats_3d(nodes, DAMPING)
     by_pose, by_rate = floats_3d(bodies, BODY_STIFFNESS), floats_3d(bodies, BODY_DAMPING)
-    first, starts, slots = integers_1d(table, OF_MEMBERS), integers_1d(table, STARTS), integers_1d(table, SLOTS)
-    members = floats_3d(table, MEMBERS)
+    first, starts, slots = integers_1d(table, at.OF_MEMBERS), integers_1d(table, at.STARTS), integers_1d(table, at.SLOTS)
+    members = floats_3d(table, at.MEMBERS)
     add_condensed(p.rows, p.columns, by_pose, first, members, members, starts, slots, stiffness)
     add_condensed(p.rows, p.columns, by_rate, first, members, members, starts, slots, damping)
     f = frames_of(table)
     add_curvatures(
-        joined.rows, joined.columns, f.first, integers_1d(table, ROWS), f.along, f.across, floats_3d(table, CURVATURES),
-        stiffness,
+        joined.rows, joined.columns, f.first, integers_1d(table, at.ROWS), f.along, f.across,
+        floats_3d(table, at.CURVATURES), stiffness,
     )  # fmt: skip
 
 

@@ -35,26 +35,8 @@ from fsm.model.bodies.contact_arrays import lack_pairs
 from fsm.model.joined.array_forces import folded, free_bodies, set_frames
 from fsm.model.joined.array_statics import STATICS, place_nodes_mean, sum_tangents
 from fsm.model.joined.arrays import AT, NEAR, PLACES, Joined
-from fsm.model.nodes.arrays import (
-    FACTORS,
-    FIXED,
-    FORCE,
-    KINDS,
-    LAST,
-    LOST_AT,
-    MATRIX,
-    MEAN_OVER,
-    NOW,
-    NUMBERS,
-    PUT_IN_AT,
-    SLID_AT,
-    STIFFNESS,
-    STORED_AT,
-    WEIGHT,
-    Q,
-    U,
-    full_mass_of,
-)
+from fsm.model.nodes import arrays as rows
+from fsm.model.nodes.arrays import full_mass_of
 from fsm.model.nodes.arrays import pattern_of as joined_pattern_of
 from fsm.model.nodes.system.array_forces import rows_times
 from fsm.model.nodes.system.array_forces import sum_forces as sum_node_forces
@@ -96,8 +78,8 @@ def _begin(
 ) -> None:
     bodies, nodes, first = model.bodies, model.nodes.table, 7 * free_bodies(model)
     begin_bodies(bodies.table, t, before, q[:first], start, rate_dependent)
-    copy_into(q[first:], floats_1d(nodes, LAST))
-    floats_1d(nodes, NUMBERS)[MEAN_OVER] = floats_1d(bodies.table, INTERVAL)[1]
+    copy_into(q[first:], floats_1d(nodes, rows.LAST))
+    floats_1d(nodes, rows.NUMBERS)[rows.MEAN_OVER] = floats_1d(bodies.table, INTERVAL)[1]
     take_up(bodies, BEGIN)
     if bodies.groups.shape[0] > 0:
         bodies.by_contacts.press(bodies.groups, most)
@@ -130,7 +112,8 @@ def _end_of_step(
     moving = np.concatenate((integers_1d(bodies.table, FREE), integers_1d(model.table, AT)))
     write_record(bodies, t, per_second, moving, record)
     _add_nodes(model, record)
-    p, factors, matrix = joined_pattern_of(nodes.table), floats_3d(nodes.table, FACTORS), floats_3d(nodes.table, MATRIX)
+    p, factors = joined_pattern_of(nodes.table), floats_3d(nodes.table, rows.FACTORS)
+    matrix = floats_3d(nodes.table, rows.MATRIX)
     negative = negative_of_last(nodes.equations, p, matrix, factors, model.flags, trial, accurate)
     record[path.NEGATIVE] = negative
     if at_rest:  # the same matrix and factors are used
@@ -141,29 +124,30 @@ def _end_of_step(
 def _add_nodes(model: Joined, record: np.ndarray) -> None:
     """Add energies, powers and reactions of nodes at the present coordinates, rates and forces."""
     nodes, table, interval = model.nodes, model.nodes.table, floats_1d(model.bodies.table, INTERVAL)
-    numbers, kinds = floats_1d(table, NUMBERS), integers_1d(table, KINDS)
-    here, rates = floats_1d(table, Q), floats_1d(table, U)
-    numbers[MEAN_OVER] = interval[2]
+    numbers, kinds = floats_1d(table, rows.NUMBERS), integers_1d(table, rows.KINDS)
+    here, rates = floats_1d(table, rows.Q), floats_1d(table, rows.U)
+    numbers[rows.MEAN_OVER] = interval[2]
     for k in range(nodes.kernels.shape[0]):
-        stored = call_at(nodes.kernels[k, STORED_AT], table, nodes.tables[k], 1.0)
+        stored = call_at(nodes.kernels[k, rows.STORED_AT], table, nodes.tables[k], 1.0)
         record[path.STORED] += stored
         if kinds[k] > 2:
             record[path.BARS + kinds[k] - 3] += stored
         elif kinds[k] > 0:
             record[path.PANELS + kinds[k] - 1] += stored
-        slid = call_at(nodes.kernels[k, SLID_AT], table, nodes.tables[k], 0.0)
+        slid = call_at(nodes.kernels[k, rows.SLID_AT], table, nodes.tables[k], 0.0)
         record[path.KEPT_LOSS] += slid
-        record[path.LOST] += slid + call_at(nodes.kernels[k, LOST_AT], table, nodes.tables[k], 1.0)
+        record[path.LOST] += slid + call_at(nodes.kernels[k, rows.LOST_AT], table, nodes.tables[k], 1.0)
     put_in = _power_of_nodes(model)
     record[path.LOADS] += put_in
     record[path.INPUT] += put_in
-    numbers[MEAN_OVER] = interval[1]
-    weight, momentum = floats_1d(table, WEIGHT), rows_times(full_mass_of(table), rates)
+    numbers[rows.MEAN_OVER] = interval[1]
+    weight, momentum = floats_1d(table, rows.WEIGHT), rows_times(full_mass_of(table), rates)
     for i in range(rates.shape[0]):
         record[path.KINETIC] += 0.5 * rates[i] * momentum[i]
         record[path.GRAVITY] -= weight[i] * here[i]
         record[path.STORED] -= weight[i] * here[i]
-    force, fixed, places = floats_1d(table, FORCE), integers_2d(table, FIXED).reshape(-1), integers_1d(model.table, PLACES)
+    force, fixed = floats_1d(table, rows.FORCE), integers_2d(table, rows.FIXED).reshape(-1)
+    places = integers_1d(model.table, PLACES)
     for i in range(places.shape[0]):
         square = 0.0
         for k in range(places[i], places[i] + 3):
@@ -176,17 +160,19 @@ def _power_of_nodes(model: Joined) -> float:
     """Power that elements of nodes put into the system at the present state, W."""
     nodes, power = model.nodes, 0.0
     for k in range(nodes.kernels.shape[0]):
-        power += call_at(nodes.kernels[k, PUT_IN_AT], nodes.table, nodes.tables[k], 0.0)
+        power += call_at(nodes.kernels[k, rows.PUT_IN_AT], nodes.table, nodes.tables[k], 0.0)
     return power
 
 
 @kernel
 def _power_before(model: Joined, t: float, q: np.ndarray) -> float:
     bodies, free = model.bodies.table, free_bodies(model)
-    interval, numbers, poses = floats_1d(bodies, INTERVAL), floats_1d(model.nodes.table, NUMBERS), floats_2d(bodies, POSES)
-    numbers[NOW], numbers[MEAN_OVER] = t, interval[2]  # the coordinates are those of the end, which give the mean rates
+    interval, poses = floats_1d(bodies, INTERVAL), floats_2d(bodies, POSES)
+    numbers = floats_1d(model.nodes.table, rows.NUMBERS)
+    # the coordinates are those of the end, which give the mean rates
+    numbers[rows.NOW], numbers[rows.MEAN_OVER] = t, interval[2]
     power = _power_of_nodes(model)
-    numbers[NOW], numbers[MEAN_OVER] = interval[0], interval[1]
+    numbers[rows.NOW], numbers[rows.MEAN_OVER] = interval[0], interval[1]
     scatter_free(integers_1d(bodies, FREE), q[: 7 * free], not q.shape[0] < 0 and poses.shape[1] == 7, poses)
     place_driven(driven_of(bodies), t, t, poses, np.empty(floats_2d(bodies, RATES).shape))
     set_frames(model, q[7 * free :])
@@ -221,8 +207,8 @@ def _negative_at_rest(model: Joined, q: np.ndarray, trial: np.ndarray, accurate:
     _rest(own, t, q)
     sum_tangents(own, t, 0.0, springs_of(own.bodies.table).last[:0], q[:0], False)
     return float(negative_of_symmetric(
-        model.nodes.equations, joined_pattern_of(table), floats_3d(table, STIFFNESS), floats_3d(table, MATRIX),
-        floats_3d(table, FACTORS), trial, accurate,
+        model.nodes.equations, joined_pattern_of(table), floats_3d(table, rows.STIFFNESS), floats_3d(table, rows.MATRIX),
+        floats_3d(table, rows.FACTORS), trial, accurate,
     ))  # fmt: skip
 
 

@@ -1,8 +1,7 @@
 """ANCF meshes as a compiled model (`ArrayModel`), for compiled steps and equilibria (see `fsm.solve.stepping.model`).
 
-The model covers all elements of the package with loads, moved and held coordinates, gravity and damping by mass. A mesh with
-other elements takes the same steps in Python. A new kind of element needs its kernels (`fsm.model.nodes.array_cables`) and a
-line in `fsm.model.nodes.system.arrays_of`.
+The model covers all elements with loads, moved and held coordinates, gravity and damping by mass. A new kind of element is
+a group with its kernels (`fsm.model.nodes.group`).
 """
 
 from __future__ import annotations

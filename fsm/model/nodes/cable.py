@@ -20,13 +20,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
+from fsm.model.nodes.arrays import DAMPING, FORCE, STIFFNESS, Q, U
 from fsm.model.nodes.assembly import gather, scatter_force
-from fsm.model.nodes.group import MassPart
+from fsm.model.nodes.group import ElementGroup, MassPart
 from fsm.model.nodes.shape import cable_shape, gauss
 from fsm.model.nodes.tension_field import REMAINDER
 
@@ -34,6 +36,9 @@ POINTS = (5, 3)
 """Gauss points of stretch and of bending. Error of the tip of a cantilever under 3 E I/L^2 with 8 elements, relative to L:
 2.8e-5 with (5, 3) points. With one more point in bending the error changes by 5e-8; with one less it doubles. With one
 less in stretch it changes by 1e-7."""
+
+_VISCOSITY, _ENGINEERING, _SLOTS = 11, 12, 13
+"""Rows of a group's table after those of `CableArrays`."""
 
 
 class CableArrays(NamedTuple):
@@ -71,7 +76,7 @@ class CableArrays(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class CableGroup:
+class CableGroup(ElementGroup):
     """Group of cables; see the module docstring.
 
     Attributes
@@ -103,6 +108,16 @@ class CableGroup:
     name: str = "cable"
 
     @property
+    def kernels(self) -> tuple[Any, ...]:
+        """See `ElementGroup`."""
+        return CABLES
+
+    @property
+    def table(self) -> list[np.ndarray]:
+        """See `ElementGroup`."""
+        return [*self.arrays, np.array([self.viscosity]), np.array([int(self.engineering)], dtype=np.int64)]
+
+    @property
     def rate_dependent(self) -> bool:
         """See `ElementGroup`."""
         return self.viscosity > 0.0
@@ -119,33 +134,6 @@ class CableGroup:
         unit = np.einsum("g,gi,gj->ij", weights, shapes, shapes)
         mass = (self.line_density * self.length)[:, None, None] * unit
         return MassPart(self.vectors, mass * self._scale[:, :, None] * self._scale[:, None], np.eye(3))
-
-    def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
-        """See `ElementGroup`."""
-        add_force(self.arrays, self.engineering, q, q if u is None else u, 0.0 if u is None else self.viscosity, force)
-
-    def add_linearised(
-        self,
-        q: np.ndarray,
-        u: np.ndarray | None,
-        slots: np.ndarray,
-        force: np.ndarray,
-        stiffness: np.ndarray,
-        damping: np.ndarray,
-    ) -> None:
-        """See `ElementGroup`."""
-        self.add_force(q, u, force)
-        add_tangent(
-            self.arrays, self.engineering, q, q if u is None else u, 0.0 if u is None else self.viscosity,
-            self.viscosity, slots, stiffness.shape[1], stiffness.reshape(-1), damping.reshape(-1),
-        )  # fmt: skip
-
-    def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
-        """See `ElementGroup`."""
-        stored = float(stored_energy(self.arrays, self.engineering, q))
-        if u is None or not self.viscosity:
-            return stored, 0.0
-        return stored, float(dissipation(self.arrays, q, u, self.viscosity))
 
     @property
     def tension_field(self) -> bool:
@@ -422,3 +410,51 @@ def add_tangent(
         blocks = np.dot(viscous, cable.products[:points])
         for k in range(elements):
             _scatter(slots[k], cable.scale[k], size, True, blocks[6 * k : 6 * (k + 1)], into_damping)
+
+
+# on tables --------------------------------------------------------------------------------------------------------------
+
+@kernel
+def _cables_of(t: np.ndarray) -> CableArrays:
+    return CableArrays(
+        integers_2d(t, 0), floats_2d(t, 1), floats_1d(t, 2), floats_2d(t, 3), floats_1d(t, 4), floats_2d(t, 5),
+        floats_3d(t, 6), floats_3d(t, 7), floats_1d(t, 8), floats_1d(t, 9), floats_2d(t, 10),
+    )  # fmt: skip
+
+
+@kernel
+def _add_forces(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    engineering, viscosity = integers_1d(own, _ENGINEERING)[0] == 1, moving * floats_1d(own, _VISCOSITY)[0]
+    add_force(_cables_of(own), engineering, floats_1d(table, Q), floats_1d(table, U), viscosity, floats_1d(table, FORCE))
+    return 0.0
+
+
+@kernel
+def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    _add_forces(table, own, moving)
+    cables, stiffness, damping = _cables_of(own), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
+    engineering, viscosity = integers_1d(own, _ENGINEERING)[0] == 1, floats_1d(own, _VISCOSITY)[0]
+    count, width = cables.vectors.shape
+    slots = integers_2d(own, _SLOTS).reshape(count, width, width)
+    add_tangent(
+        cables, engineering, floats_1d(table, Q), floats_1d(table, U), moving * viscosity, viscosity, slots,
+        stiffness.shape[1], stiffness.reshape(-1), damping.reshape(-1),
+    )  # fmt: skip
+    return 0.0
+
+
+@kernel
+def _stored(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    return stored_energy(_cables_of(own), integers_1d(own, _ENGINEERING)[0] == 1, floats_1d(table, Q))
+
+
+@kernel
+def _lost(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    viscosity = moving * floats_1d(own, _VISCOSITY)[0]
+    if viscosity == 0.0:
+        return 0.0
+    return dissipation(_cables_of(own), floats_1d(table, Q), floats_1d(table, U), viscosity)
+
+
+CABLES = (_add_forces, _tangent, _stored, _lost)
+"""Kernels of a group, in the order of the columns of `Coordinates.kernels`."""

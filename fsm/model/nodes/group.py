@@ -1,18 +1,29 @@
-"""Protocol of a group of ANCF elements: vectors, mass, energy, force and tangents.
+"""Base class of a group of ANCF elements: vectors, mass, energy, force and tangents.
 
 All coordinates are components of vectors (positions and slopes), and elements are connected vector by vector. Elements may
 share a position, a slope or neither. Elements use the same index for a vector that they share, so no constraint equations
 are needed.
+
+The forces of a kind are kernels on two tables, that of the mesh (`fsm.model.nodes.arrays`) and that of the group. Compiled
+steps call them by their addresses, and so do the methods of the group.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
+from fsm.kernels.addresses import ROW, address_table, put_array
+from fsm.kernels.jit import kernel
+from fsm.kernels.pointers import address_of, call_at
+from fsm.model.nodes import arrays as at
 from fsm.solve.interface.records import PreviousState
+
+_NO_BLOCKS = np.zeros((0, 1, 1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,31 +44,102 @@ class MassPart:
     tensor: np.ndarray
 
 
-class ElementGroup(Protocol):
-    """Protocol of a batch of elements of one kind; q and u (n,) are all coordinates of the mesh and their rates."""
+@kernel
+def _call(
+    address: int, table: np.ndarray, own: np.ndarray, moving: float, q: np.ndarray, u: np.ndarray, force: np.ndarray,
+    stiffness: np.ndarray, damping: np.ndarray, last: np.ndarray,
+) -> float:  # fmt: skip
+    """Call a kernel with these arrays of the mesh."""
+    put_array(table, at.Q, q)
+    put_array(table, at.U, u)
+    put_array(table, at.FORCE, force)
+    put_array(table, at.STIFFNESS, stiffness)
+    put_array(table, at.DAMPING, damping)
+    put_array(table, at.LAST, last)
+    return float(call_at(address, table, own, moving))
+
+
+class _Alone:
+    """A group alone as a mesh, for calls from Python."""
+
+    def __init__(self, group: ElementGroup) -> None:
+        self.group, self.numbers = group, np.zeros(5)
+        self.table = np.zeros((at.LAST + 1, ROW), dtype=np.int64)
+        self.table[at.NUMBERS] = address_table([self.numbers])[0]
+        self.before: PreviousState | None = None
+        self._slots: np.ndarray | None = None
+        self._use(np.zeros((0, *group.vectors.shape[1:] * 2), dtype=np.int64))
+        self._addresses = dict[int, int]()
+
+    def _use(self, slots: np.ndarray) -> None:
+        if self._slots is not slots:
+            self._slots, self._arrays = slots, self.group.arrays_with(slots)
+            self.own = address_table(self._arrays)
+
+    def call(
+        self, column: int, q: np.ndarray, u: np.ndarray | None, force: np.ndarray, slots: np.ndarray | None = None,
+        stiffness: np.ndarray = _NO_BLOCKS, damping: np.ndarray = _NO_BLOCKS,
+    ) -> float:  # fmt: skip
+        """Call a kernel; without rates at rest."""
+        if slots is not None:
+            self._use(slots)
+        moving, rates, last = (0.0, q, q) if u is None else (1.0, u, q if self.before is None else self.before[1])
+        if column not in self._addresses:
+            self._addresses[column] = address_of(self.group.kernels[column], self.table, self.own, 0.0)
+        address = self._addresses[column]
+        return float(_call(address, self.table, self.own, moving, q, rates, force, stiffness, damping, last))
+
+
+class ElementGroup(ABC):
+    """Batch of elements of one kind; q and u (n,) are all coordinates of the mesh and their rates.
+
+    Attributes
+    ----------
+    vectors : (m, v) int array
+        First coordinate of each vector of each element.
+    name : name of the energy
+    """
+
+    vectors: np.ndarray
+    name: str
 
     @property
-    def name(self) -> str:
-        """Name of the energy of this group."""
-        ...
+    @abstractmethod
+    def kernels(self) -> tuple[Any, ...]:
+        """Kernels of the kind, in the order of the columns of `Coordinates.kernels`."""
 
     @property
-    def vectors(self) -> np.ndarray:
-        """First coordinate of each vector of each element, (m, v); -1 for none."""
-        ...
+    @abstractmethod
+    def table(self) -> list[np.ndarray]:
+        """Arrays of the table of the group, without the positions of matrix blocks, which follow."""
 
     @property
     def rate_dependent(self) -> bool:
         """Whether the forces depend on velocities."""
-        ...
+        return False
 
     def mass(self) -> MassPart:
-        """Constant mass matrices; without mass, an empty batch."""
-        ...
+        """Constant mass matrices; by default no mass."""
+        width = self.vectors.shape[1]
+        return MassPart(np.zeros((0, width), dtype=np.int64), np.zeros((0, width, width)), np.eye(3))
+
+    def arrays_with(self, slots: np.ndarray) -> list[np.ndarray]:
+        """All arrays of the table; `slots` as in `add_linearised`."""
+        return [*self.table, np.ascontiguousarray(slots).reshape(-1, slots.shape[-1])]
+
+    @cached_property
+    def _alone(self) -> _Alone:
+        return _Alone(self)
+
+    def at(self, t: float, before: PreviousState | None) -> None:
+        """Set the time, and in a step of a path the state at its other end, for all later calls."""
+        alone = self._alone
+        alone.before = before if before is not None and before[0] != t else None
+        alone.numbers[at.NOW], alone.numbers[at.MEAN_OVER] = t, 0.0 if alone.before is None else t - alone.before[0]
 
     def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
         """Add the generalised forces -dU/dq - dR/du to `force` (n,); without u the rates are zero."""
-        ...
+        self._alone.call(at.FORCE_AT, q, u, force)
 
     def add_linearised(
         self,
@@ -76,17 +158,9 @@ class ElementGroup(Protocol):
             Position, in the flat block data, of the first entry of the block of two vectors; rows are `size` apart.
         stiffness, damping : (n_blocks, size, size) arrays
         """
-        ...
+        self._alone.call(at.TANGENT_AT, q, u, force, slots, stiffness, damping)
 
     def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
         """Stored energy (J) and dissipated power (W)."""
-        ...
-
-
-@runtime_checkable
-class TimedGroup(Protocol):
-    """Protocol of a group whose forces depend on the time, or on the state at the other end of a step."""
-
-    def at(self, t: float, before: PreviousState | None) -> None:
-        """Set the time, and in a step of a path the state at its other end, for all later calls."""
-        ...
+        lost = 0.0 if u is None else self._alone.call(at.LOST_AT, q, u, q)
+        return self._alone.call(at.STORED_AT, q, u, q), lost

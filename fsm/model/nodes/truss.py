@@ -14,20 +14,23 @@ The axial force is E A (W' + tau s') with the Kelvin-Voigt time tau.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_2d
 from fsm.kernels.jit import kernel
-from fsm.model.nodes.group import MassPart
-from fsm.solve.interface.records import PreviousState
+from fsm.model.nodes.arrays import DAMPING, FORCE, LAST, MEAN_OVER, NUMBERS, STIFFNESS, Q, U
+from fsm.model.nodes.group import ElementGroup
 
 _LAWS = ("linear", "green", "ogden")
 _LINEAR, _GREEN = 0.0, 1.0
 _VISCOSITY = 3
 """Index of tau in `BarArrays.law`."""
+_SLOTS = 3
+"""Row of a group's table after those of `BarArrays`."""
 
 
 class BarArrays(NamedTuple):
@@ -48,7 +51,7 @@ class BarArrays(NamedTuple):
 
 
 @dataclass(eq=False)
-class BarGroup:
+class BarGroup(ElementGroup):
     """Straight bars between two points each; see the module docstring.
 
     Attributes
@@ -72,58 +75,25 @@ class BarGroup:
     exponents: tuple[float, float] = (5.0, 1.0)
     viscosity: float = 0.0
     name: str = "bars"
-    _before: PreviousState | None = field(default=None, init=False)
-    _duration: float = field(default=0.0, init=False)
+
+    @property
+    def kernels(self) -> tuple[Any, ...]:
+        """See `ElementGroup`."""
+        return BARS
+
+    @property
+    def table(self) -> list[np.ndarray]:
+        """See `ElementGroup`."""
+        return list(self.arrays)
 
     @property
     def rate_dependent(self) -> bool:
         """See `ElementGroup`."""
         return self.viscosity > 0.0
 
-    def mass(self) -> MassPart:
-        """See `ElementGroup`; bars have no mass."""
-        return MassPart(np.zeros((0, 2), dtype=np.int64), np.zeros((0, 2, 2)), np.eye(3))
-
-    def at(self, t: float, before: PreviousState | None) -> None:
-        """See `TimedGroup`."""
-        self._duration = 0.0 if before is None else t - before[0]
-        self._before = before if self._duration else None
-
-    def stretches(self, q: np.ndarray) -> np.ndarray:
-        """Stretch l/L of every bar, (m,)."""
-        return np.asarray(_stretches(self.arrays, q))
-
     def forces(self, q: np.ndarray) -> np.ndarray:
         """Axial force of every bar at rest, (m,), N; tension is positive."""
         return np.asarray(_forces(self.arrays, q))
-
-    def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
-        """See `ElementGroup`."""
-        add_force(self.arrays, q, self._rates(q, u), force)
-
-    def add_linearised(
-        self, q: np.ndarray, u: np.ndarray | None, slots: np.ndarray, force: np.ndarray, stiffness: np.ndarray,
-        damping: np.ndarray,
-    ) -> None:  # fmt: skip
-        """See `ElementGroup`."""
-        rates, size = self._rates(q, u), stiffness.shape[1]
-        add_force(self.arrays, q, rates, force)
-        add_tangent(
-            self.arrays, q, q if u is None else u, rates, 0.0 if u is None or self._before is not None else 1.0,
-            0.0 if u is None else 1.0, slots, size, stiffness.reshape(-1), damping.reshape(-1),
-        )  # fmt: skip
-
-    def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
-        """See `ElementGroup`."""
-        return float(stored_energy(self.arrays, q)), float(dissipation(self.arrays, self._rates(q, u)))
-
-    def _rates(self, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
-        """Rates of the stretches, (m,), 1/s: means over a step of a path, else the rates at the velocities u."""
-        if u is None or not self.viscosity:
-            return np.zeros(len(self.vectors))
-        if self._before is not None:
-            return np.asarray(mean_rates(self.arrays, q, self._before[1], self._duration))
-        return np.asarray(stretch_rates(self.arrays, q, u))
 
     @cached_property
     def arrays(self) -> BarArrays:
@@ -279,3 +249,57 @@ def add_tangent(
                         into_stiffness[slots[k, i, j] + a * size + b] += sign * value
                         if damper != 0.0 and moving == 1.0:
                             into_damping[slots[k, i, j] + a * size + b] += sign * damper * dyad
+
+
+# on tables --------------------------------------------------------------------------------------------------------------
+
+@kernel
+def _bars_of(t: np.ndarray) -> BarArrays:
+    return BarArrays(integers_2d(t, 0), floats_2d(t, 1), floats_1d(t, 2))
+
+
+@kernel
+def _rates(table: np.ndarray, bars: BarArrays, moving: float) -> np.ndarray:
+    """Rates of the stretches; they are zero at rest, and means over a quasi-static step."""
+    if moving == 0.0:
+        return np.zeros(bars.vectors.shape[0])
+    mean_over = floats_1d(table, NUMBERS)[MEAN_OVER]
+    if mean_over > 0.0:
+        return mean_rates(bars, floats_1d(table, Q), floats_1d(table, LAST), mean_over)
+    return stretch_rates(bars, floats_1d(table, Q), floats_1d(table, U))
+
+
+@kernel
+def _add_forces(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    bars = _bars_of(own)
+    add_force(bars, floats_1d(table, Q), _rates(table, bars, moving), floats_1d(table, FORCE))
+    return 0.0
+
+
+@kernel
+def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    bars, stiffness, damping = _bars_of(own), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
+    q, rates = floats_1d(table, Q), _rates(table, bars, moving)
+    turning = moving if floats_1d(table, NUMBERS)[MEAN_OVER] == 0.0 else 0.0
+    add_force(bars, q, rates, floats_1d(table, FORCE))
+    slots = integers_2d(own, _SLOTS).reshape(bars.vectors.shape[0], 2, 2)
+    add_tangent(
+        bars, q, floats_1d(table, U), rates, turning, moving, slots, stiffness.shape[1], stiffness.reshape(-1),
+        damping.reshape(-1),
+    )  # fmt: skip
+    return 0.0
+
+
+@kernel
+def _stored(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    return stored_energy(_bars_of(own), floats_1d(table, Q))
+
+
+@kernel
+def _lost(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    bars = _bars_of(own)
+    return dissipation(bars, _rates(table, bars, moving))
+
+
+BARS = (_add_forces, _tangent, _stored, _lost)
+"""Kernels of a group, in the order of the columns of `Coordinates.kernels`."""

@@ -62,13 +62,13 @@ def parts_in_python(
     pressures = [load for load in (scene.loads if loads is None else loads) if load.pressure is not None]
     motion += [f"load {load.called!r}: a pressure has no compiled form" for load in pressures]
     motion += [f"gas {chamber.gas.name!r} has no compiled form" for chamber in scene.chambers]
-    alone = of_bodies()
+    alone = of_compiler()
     nodes = ("flexible facets have no compiled form in statics",) if scene.facets is not None else ()
     return InPython((*motion, *alone.motion), nodes)
 
 
-def of_bodies() -> InPython:
-    """Reasons for bodies with elements that have a compiled form."""
+def of_compiler() -> InPython:
+    """Reasons for parts that all have a compiled form."""
     off = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
     return InPython(("the compiler is off (NUMBA_DISABLE_JIT)",) if off else ())
 

@@ -35,7 +35,7 @@ from fsm.model.elements.element_group import ElementGroup
 from fsm.model.elements.elements import BushingGroup
 from fsm.model.elements.locked_inertia import length_at
 from fsm.model.elements.spring_locks import SpringLocks
-from fsm.model.plan.in_python import of_bodies
+from fsm.model.plan.in_python import of_compiler
 from fsm.solve.interface.records import DriveState, Linearised, PreviousState
 from fsm.solve.interface.rest_scales import scales_at_rest
 from fsm.solve.interface.scales import OF_DRIVES, AtRest, Scales
@@ -92,7 +92,7 @@ class SegmentForces(Configuration):
         self._driven_key: tuple[int, ...] = ()
         self.steps_of: list[tuple[Group, GroupSteps]] = []
         self.latched: dict[str, np.ndarray] = {}
-        self.in_python = of_bodies()
+        self.in_python = of_compiler()
         self.spread = float(np.ptp(bodies.pose[:, : 3 if self.spatial else 2], axis=0).max())
 
     @property

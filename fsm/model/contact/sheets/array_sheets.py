@@ -17,19 +17,8 @@ from fsm.interactions.triangles.triangles_pass import (
 )
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import find_slot
-from fsm.model.bodies.contact_arrays import (
-    FOUND,
-    LACKS,
-    MARGIN,
-    REFERRED,
-    RENEWAL,
-    STARTED,
-    ContactArrays,
-    GeometryKernels,
-    forces_of,
-    index_of,
-    must_renew,
-)
+from fsm.model.bodies import contact_arrays as kept
+from fsm.model.bodies.contact_arrays import ContactArrays, GeometryKernels, forces_of, index_of, must_renew
 from fsm.model.contact.sheets.array_sheet_search import Near, boxes, near_features, overlap, position_of
 from fsm.model.contact.sheets.array_sheet_tables import (
     CLEARANCE,
@@ -212,19 +201,19 @@ def _lacks(g: ContactArrays, places: np.ndarray, nodes: np.ndarray, split: int, 
 def _check_pattern(g: ContactArrays, places: np.ndarray) -> None:
     """Mark whether the pattern lacks a pair of bodies of slots that may touch before the next renewal."""
     own, nodes = sheets_of(g), np.empty(4, dtype=np.int64)
-    reach, points = own.sizes[CLEARANCE] + 2.0 * RENEWAL * g.numbers[MARGIN], own.counts[POINTS]
+    reach, points = own.sizes[CLEARANCE] + 2.0 * kept.RENEWAL * g.numbers[kept.MARGIN], own.counts[POINTS]
     for s in range(points):
         nodes[0] = own.first_of[s]
         for k in range(own.start[s], own.start[s + 1]):
             for corner in range(3):
                 nodes[1 + corner] = own.triangles[own.listed[k], corner]
             if _lacks(g, places, nodes, 1, reach):
-                g.state[LACKS] = 1
+                g.state[kept.LACKS] = 1
                 return
     for s in range(points, own.counts[SLOTS]):
         _edge_nodes(own, s, nodes)
         if _lacks(g, places, nodes, 2, reach):
-            g.state[LACKS] = 1
+            g.state[kept.LACKS] = 1
             return
 
 
@@ -241,10 +230,10 @@ def _renew(g: ContactArrays, poses: np.ndarray) -> int:
         return 0
     places, counts = _places(own, poses), own.counts
     # both sides may move before the next renewal
-    near = near_features(own, places, places, own.sizes[CLEARANCE] + (1.0 + 2.0 * RENEWAL) * g.numbers[MARGIN])
+    near = near_features(own, places, places, own.sizes[CLEARANCE] + (1.0 + 2.0 * kept.RENEWAL) * g.numbers[kept.MARGIN])
     counts[WANTED], counts[WANTED_LISTED] = near.node.shape[0] + near.one.shape[0] + 1, near.listed.shape[0]
     if counts[WANTED] > own.key.shape[0] or counts[WANTED_LISTED] > own.listed.shape[0]:
-        state[LACKS], state[REFERRED] = 1, 0  # the slots remain until there is room
+        state[kept.LACKS], state[kept.REFERRED] = 1, 0  # the slots remain until there is room
         return 0
     copy_into(poses, g.reference)
     with_force = _with_force(g)
@@ -257,7 +246,7 @@ def _renew(g: ContactArrays, poses: np.ndarray) -> int:
         _check_pattern(g, places)
     counts[SELECTED] = 0
     counts[RENEWALS] += 1
-    state[REFERRED], state[FOUND] = 1, -1
+    state[kept.REFERRED], state[kept.FOUND] = 1, -1
     return 1
 
 
@@ -284,7 +273,7 @@ def _select_once(g: ContactArrays, places: np.ndarray) -> None:
     """Select the triangles in the last accepted state, or in these places if there is none."""
     own = sheets_of(g)
     if own.counts[SELECTED] == 0:
-        _select(own, _places(own, g.committed) if g.state[STARTED] == 1 else places)
+        _select(own, _places(own, g.committed) if g.state[kept.STARTED] == 1 else places)
 
 
 @kernel
@@ -293,7 +282,7 @@ def _find_points(g: ContactArrays, places: np.ndarray, below: float) -> int:
     points = own.counts[POINTS]
     _select_once(g, places)
     return int(find_point_faces(
-        places, own.first_of[:points], own.triangle, own.part, own.side, _faces(own), own.clearance, g.numbers[MARGIN],
+        places, own.first_of[:points], own.triangle, own.part, own.side, _faces(own), own.clearance, g.numbers[kept.MARGIN],
         below, g.slot, g.gap, _found(own),
     ))  # fmt: skip
 
@@ -382,8 +371,8 @@ def _settle(g: ContactArrays, poses: np.ndarray, young: np.ndarray, new: bool) -
         return
     counts, places = own.counts, _places(own, poses)
     _select_once(g, places)
-    state[FOUND] = -1
-    counts[SIDES] = _keep_sides(own, places, g.numbers[MARGIN])
+    state[kept.FOUND] = -1
+    counts[SIDES] = _keep_sides(own, places, g.numbers[kept.MARGIN])
     _select(own, places)
     left = 0
     for s in range(counts[POINTS]):
@@ -423,12 +412,12 @@ def _passed(g: ContactArrays, poses: np.ndarray) -> int:
     Without clearance, a node that has a side may be behind its facet, because the contact is soft.
     """
     own = sheets_of(g)
-    if g.state[STARTED] == 0:
+    if g.state[kept.STARTED] == 0:
         return -1
     start, end = _places(own, g.committed), _places(own, poses)
     _select_once(g, start)
     listed = _listed(own)
-    reference, moved, bound = g.reference, 0.0, RENEWAL * g.numbers[MARGIN]
+    reference, moved, bound = g.reference, 0.0, kept.RENEWAL * g.numbers[kept.MARGIN]
     for i in range(start.shape[0]):
         for e in range(3):
             moved = max(moved, abs(start[i, e] - reference[own.body[i], e]))

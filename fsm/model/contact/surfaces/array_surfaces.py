@@ -21,20 +21,8 @@ from fsm.interactions.surfaces.probe_sides import over_ends, passed_through, pro
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import find_slot
 from fsm.kernels.tables import Floats1, Floats2, Integers1, Integers2, follows
-from fsm.model.bodies.contact_arrays import (
-    FOUND,
-    LACKS,
-    MARGIN,
-    OWN_STATE,
-    REFERRED,
-    RENEWAL,
-    STARTED,
-    ContactArrays,
-    GeometryKernels,
-    forces_of,
-    index_of,
-    must_renew,
-)
+from fsm.model.bodies import contact_arrays as state
+from fsm.model.bodies.contact_arrays import ContactArrays, GeometryKernels, forces_of, index_of, must_renew
 from fsm.model.contact.array_contact_state import equal_poses
 from fsm.solve.stepping.vectors import copy_into
 
@@ -88,7 +76,7 @@ class SurfaceArrays(NamedTuple):
 
 surfaces_of = follows(SurfaceArrays, ContactArrays)
 """Arrays of the surfaces of a table, in kernels."""
-TAPERS, NEAR, HEIGHTS = OWN_STATE, OWN_STATE + 1, OWN_STATE + 2
+TAPERS, NEAR, HEIGHTS = state.OWN_STATE, state.OWN_STATE + 1, state.OWN_STATE + 2
 """Indices of `ContactArrays.state`: 1 if shares are tapered; number of probes in `near`; 1 if the heights hold."""
 
 
@@ -105,7 +93,7 @@ def _set_windows(g: ContactArrays, poses: np.ndarray, points: np.ndarray, chords
         bulge = max(bulge, chords[j, 2 * dimension + 1] - tips[j] / np.sqrt(chords[j, 2 * dimension]))
     low, high = chord_boxes(chords)
     window = own.window
-    apart = 2.0 * RENEWAL * g.numbers[MARGIN]
+    apart = 2.0 * state.RENEWAL * g.numbers[state.MARGIN]
     window_pieces(
         points, own.first_piece, own.last_piece, chords, fit_tree(low, high), reach + bulge,
         2.0 * (apart + bulge), own.nearest, window,
@@ -116,7 +104,7 @@ def _set_windows(g: ContactArrays, poses: np.ndarray, points: np.ndarray, chords
             near[count] = i
             count += 1
     copy_into(poses, g.reference)
-    g.state[NEAR], g.state[HEIGHTS], g.state[REFERRED] = count, 0, 1
+    g.state[NEAR], g.state[HEIGHTS], g.state[state.REFERRED] = count, 0, 1
 
 
 @kernel
@@ -253,7 +241,7 @@ def _check_pattern(g: ContactArrays, count: int) -> None:
             for k in range(j):
                 row, column = dof[bodies[i, j]], dof[bodies[i, k]]
                 if row >= 0 and column >= 0 and find_slot(indptr, indices, row, column) < 0:
-                    g.state[LACKS] = 1
+                    g.state[state.LACKS] = 1
 
 
 @kernel
@@ -376,7 +364,7 @@ def _turn(g: ContactArrays, height: np.ndarray, near: np.ndarray, behind: np.nda
     present, limit = own.side, own.depth_limit
     side = probe_sides(present, height, limit)
     if behind.shape[0] > 0:
-        g.state[FOUND] = -1
+        g.state[state.FOUND] = -1
         round_it = _rounded(g, count, height)
         for k in range(behind.shape[0]):
             if round_it[behind[k]]:
@@ -385,7 +373,7 @@ def _turn(g: ContactArrays, height: np.ndarray, near: np.ndarray, behind: np.nda
     turned = turned_sides(corners, present, side, height, limit, near, _ends(g, near))
     for k in range(present.shape[0]):
         if present[k] != turned[k]:  # the contacts that were found with the old sides are no longer valid
-            g.state[FOUND] = -1
+            g.state[state.FOUND] = -1
         present[k] = turned[k]
 
 
@@ -419,7 +407,7 @@ def _settle_planar(g: ContactArrays, poses: np.ndarray, young: np.ndarray, new: 
     near = _near_ends(g, height)
     behind, count = _behind(g, height, near), 0
     if behind.shape[0] > 0:
-        count = _search_planar(g, poses, behind, g.numbers[MARGIN])
+        count = _search_planar(g, poses, behind, g.numbers[state.MARGIN])
     _turn(g, height, near, behind, count)
 
 
@@ -431,19 +419,19 @@ def _settle_spatial(g: ContactArrays, poses: np.ndarray, young: np.ndarray, new:
     near = _near_ends(g, height)
     behind, count = _behind(g, height, near), 0
     if behind.shape[0] > 0:
-        count = _search_spatial(g, poses, behind, g.numbers[MARGIN])
+        count = _search_spatial(g, poses, behind, g.numbers[state.MARGIN])
     _turn(g, height, near, behind, count)
 
 
 @kernel
 def _motion(g: ContactArrays, poses: np.ndarray) -> tuple[float, float]:
     """Upper bound of the displacement since the last accepted state, m, and the depth that such a displacement can cause."""
-    if g.state[STARTED] == 0:
+    if g.state[state.STARTED] == 0:
         return 0.0, np.inf
-    margin = g.numbers[MARGIN]
+    margin = g.numbers[state.MARGIN]
     motion = furthest_motion(g.committed, poses, g.moving, g.radii)
     deepest = 2.0 * motion + 0.5 * margin  # heights have an error of a fraction of a segment
-    return (0.0 if motion <= RENEWAL * margin else motion), deepest  # only probes within reach have a side
+    return (0.0 if motion <= state.RENEWAL * margin else motion), deepest  # only probes within reach have a side
 
 
 @kernel
@@ -461,7 +449,7 @@ def _passed_planar(g: ContactArrays, poses: np.ndarray) -> int:
     own = surfaces_of(g)
     motion, deepest = _motion(g, poses)
     before = np.zeros(0)
-    if motion > 0.5 * g.numbers[MARGIN]:  # a probe outside the reach had no side, and may have passed through
+    if motion > 0.5 * g.numbers[state.MARGIN]:  # a probe outside the reach had no side, and may have passed through
         before = probe_heights_planar(g, g.committed, 2.0 * motion).copy()
     height = probe_heights_planar(g, poses, 2.0 * motion)
     return _first_pair(g, passed_through(own.side, own.depth_limit, height, before, deepest))
@@ -472,7 +460,7 @@ def _passed_spatial(g: ContactArrays, poses: np.ndarray) -> int:
     own = surfaces_of(g)
     motion, deepest = _motion(g, poses)
     before = np.zeros(0)
-    if motion > 0.5 * g.numbers[MARGIN]:
+    if motion > 0.5 * g.numbers[state.MARGIN]:
         before = probe_heights_spatial(g, g.committed, 2.0 * motion).copy()
     height = probe_heights_spatial(g, poses, 2.0 * motion)
     return _first_pair(g, passed_through(own.side, own.depth_limit, height, before, deepest))

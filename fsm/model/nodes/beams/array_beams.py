@@ -5,16 +5,17 @@ The kernels also call the kernels of strains by address, so all elements use the
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
 from fsm.kernels.addresses import floats_1d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
-from fsm.kernels.pointers import Pointer, call_at
+from fsm.kernels.pointers import address_of, call_at
 from fsm.model.nodes.arrays import DAMPING, FORCE, STIFFNESS, Q, U
 from fsm.model.nodes.beams.bar_stress import bar_stresses
 from fsm.model.nodes.beams.beam_bernoulli import bernoulli_hessians, bernoulli_strains
 from fsm.model.nodes.beams.beam_green import green_hessians, green_strains
-from fsm.model.nodes.beams.beam_group import BeamArrays, BeamGroup, gathered, scatter_forces, scatter_matrices
 from fsm.model.nodes.beams.beam_section import section_hessians, section_strains
 from fsm.model.nodes.beams.beam_strain import at_points, strain_energy, strain_force, strain_tangent
 
@@ -22,6 +23,70 @@ _ROWS, _GRADIENT, _HESSIAN, _BY_ADDRESS, _SLOTS = 2, 7, 8, 9, 10
 """Rows of a group's table, those of `BeamArrays` first."""
 _BARS, _BESIDE, _SIZES, _LARGEST = 10, 11, 12, 13
 """Rows of the table of `note_stress`, after those of the group."""
+
+
+@kernel
+def gathered(vectors: np.ndarray, frames: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Coordinates of every element, (m, v, 2), each turned by the angle of its frame."""
+    count, width = vectors.shape
+    out = np.empty((count, width, 2))
+    for e in range(count):
+        for i in range(width):
+            x, y = q[vectors[e, i]], q[vectors[e, i] + 1]
+            cosine, sine = frames[e, i, 0], frames[e, i, 1]
+            out[e, i, 0], out[e, i, 1] = cosine * x - sine * y, sine * x + cosine * y
+    return out
+
+
+@kernel
+def scatter_forces(vectors: np.ndarray, frames: np.ndarray, element: np.ndarray, force: np.ndarray) -> None:
+    """Add element forces (m, v, 2)."""
+    for e in range(vectors.shape[0]):
+        for i in range(vectors.shape[1]):
+            x, y = element[e, i, 0], element[e, i, 1]
+            cosine, sine = frames[e, i, 0], frames[e, i, 1]
+            force[vectors[e, i]] += cosine * x + sine * y
+            force[vectors[e, i] + 1] += cosine * y - sine * x
+
+
+@kernel
+def scatter_matrices(slots: np.ndarray, frames: np.ndarray, size: int, element: np.ndarray, flat: np.ndarray) -> None:
+    """Add element matrices (m, 2 v, 2 v) to the flat block data."""
+    for e in range(slots.shape[0]):
+        for i in range(slots.shape[1]):
+            c, s = frames[e, i, 0], frames[e, i, 1]
+            for j in range(slots.shape[2]):
+                slot, k, n = slots[e, i, j], 2 * i, 2 * j
+                d, t = frames[e, j, 0], frames[e, j, 1]
+                xx, xy, yx, yy = element[e, k, n], element[e, k, n + 1], element[e, k + 1, n], element[e, k + 1, n + 1]
+                # R_i^T K_ij R_j, row by row
+                one, two, three, four = c * xx + s * yx, c * xy + s * yy, c * yx - s * xx, c * yy - s * xy
+                flat[slot] += one * d + two * t
+                flat[slot + 1] += two * d - one * t
+                flat[slot + size] += three * d + four * t
+                flat[slot + size + 1] += four * d - three * t
+
+
+class BeamArrays(NamedTuple):
+    """Arrays of m beam elements for the kernels.
+
+    Attributes
+    ----------
+    vectors, frames, rows, stiffness, beta : see `BeamGroup`
+    z : (m, g, 2 p) array
+        Derivatives of r at all points; this and the next arrays are work space.
+    strain, gradient, hessian : (m, g, s), (m, g, s, 2 p), (m, g, s, 2 p, 2 p) arrays
+    """
+
+    vectors: np.ndarray
+    frames: np.ndarray
+    rows: np.ndarray
+    stiffness: np.ndarray
+    beta: np.ndarray
+    z: np.ndarray
+    strain: np.ndarray
+    gradient: np.ndarray
+    hessian: np.ndarray
 
 
 @kernel
@@ -68,24 +133,12 @@ def _bernoulli(table: np.ndarray, own: np.ndarray, second: float) -> float:
 _OF_ELEMENT = {green_strains: _green, section_strains: _section, bernoulli_strains: _bernoulli}
 
 
-def _arrays(group: BeamGroup) -> list[np.ndarray]:
-    own, table = group.arrays, np.zeros((0, 4), dtype=np.int64)
-    address = Pointer(_OF_ELEMENT[group.strains], table, table, 0.0).address
-    flat = [array.reshape(-1) if row in (_ROWS, _GRADIENT, _HESSIAN) else array for row, array in enumerate(own)]
+def beam_table(beams: BeamArrays, strains: Any) -> list[np.ndarray]:
+    """Arrays of a group in the order of the rows of its table; `strains` is the kernel of `BeamGroup`."""
+    table = np.zeros((0, 4), dtype=np.int64)
+    address = address_of(_OF_ELEMENT[strains], table, table, 0.0)
+    flat = [array.reshape(-1) if row in (_ROWS, _GRADIENT, _HESSIAN) else array for row, array in enumerate(beams)]
     return [*flat, np.array([address])]
-
-
-def arrays_of_beams(group: BeamGroup, slots: np.ndarray) -> list[np.ndarray]:
-    """Arrays of a group in the order of the rows of its table; `slots` as in `ElementGroup.add_linearised`."""
-    count, width = slots.shape[:2]
-    return [*_arrays(group), np.ascontiguousarray(slots).reshape(count * width, width)]
-
-
-def arrays_of_stress(
-    group: BeamGroup, bars: np.ndarray, beside: np.ndarray, young: float, height: float, largest: np.ndarray
-) -> list[np.ndarray]:
-    """Arrays of `note_stress`: arguments as in `bar_stresses`, and the largest stress of each bar so far (n_bars,), Pa."""
-    return [*_arrays(group), bars, beside, np.array([young, height]), largest]
 
 
 @kernel
@@ -158,7 +211,11 @@ BEAMS = (_force, _tangent, _stored, _lost)
 
 @kernel
 def note_stress(table: np.ndarray, own: np.ndarray, t: float) -> float:
-    """Update the largest stress of each bar at an accepted state."""
+    """Update the largest stress of each bar at an accepted state.
+
+    The table has the rows of the group, the arguments `bars` and `beside` of `bar_stresses`, Young's modulus (Pa) and height
+    (m), and the largest stress of each bar so far (n_bars,), Pa.
+    """
     _strain(own, floats_1d(table, Q))
     sizes, largest = floats_1d(own, _SIZES), floats_1d(own, _LARGEST)
     stress = bar_stresses(

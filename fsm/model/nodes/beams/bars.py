@@ -18,10 +18,10 @@ from typing import Literal
 
 import numpy as np
 
-from fsm.model.nodes.beams.beam_bernoulli import bernoulli_hessians, bernoulli_rows, bernoulli_shape, bernoulli_strains
-from fsm.model.nodes.beams.beam_green import green_hessians, green_strains
+from fsm.model.nodes.beams.beam_bernoulli import bernoulli_rows, bernoulli_shape, bernoulli_strains
+from fsm.model.nodes.beams.beam_green import green_strains
 from fsm.model.nodes.beams.beam_group import BeamGroup
-from fsm.model.nodes.beams.beam_section import section_hessians, section_strains
+from fsm.model.nodes.beams.beam_section import section_strains
 from fsm.model.nodes.beams.beam_shape import beam_rows, beam_shape, gauss_points
 
 Element = Literal["section", "green", "cable"]
@@ -158,14 +158,13 @@ class BarMesh:
         _, unlike, same = np.unique((lengths / lengths.max()).round(12), return_index=True, return_inverse=True)
         parts = [build(float(length)) for length in lengths[unlike]]
         rows, stiffness, masses = (np.stack(part)[same.ravel()] for part in zip(*parts, strict=True))
-        strains, hessians = _KERNELS[self.element]
         beta = np.full(len(lengths), self.material.damping)
         vectors = np.array(self._vectors, dtype=np.int64)
         frames = np.zeros((*vectors.shape, 2))
         frames[..., 0] = 1.0
         through = _SLOPES if self.element == "cable" else _SECTIONS
         frames[:, through, 0], frames[:, through, 1] = np.cos(self._bends)[:, None], np.sin(self._bends)[:, None]
-        return BeamGroup(strains, hessians, vectors, frames, rows, stiffness, beta, masses)
+        return BeamGroup(_STRAINS[self.element], vectors, frames, rows, stiffness, beta, masses)
 
     def renumbered(self, order: np.ndarray) -> BarMesh:
         """Copy of the mesh in which vector `order[i]` has number i."""
@@ -232,11 +231,7 @@ _SECTIONS = [2, 5, 6]
 """Indices of r_y and r_xy among the vectors of an element."""
 _SLOPES = [1, 3]
 """Indices of r_x among the vectors of a cable."""
-_KERNELS = {
-    "section": (section_strains, section_hessians),
-    "green": (green_strains, green_hessians),
-    "cable": (bernoulli_strains, bernoulli_hessians),
-}
+_STRAINS = {"section": section_strains, "green": green_strains, "cable": bernoulli_strains}
 
 
 def _over_section(count: int, length: float, height: float, width: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -21,8 +21,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
-from fsm.model.nodes.group import MassPart
+from fsm.model.nodes.arrays import DAMPING, FORCE, NOW, NUMBERS, STIFFNESS, Q, U
+from fsm.model.nodes.group import ElementGroup
 
 
 class HingeArrays(NamedTuple):
@@ -37,6 +39,8 @@ class HingeArrays(NamedTuple):
 
 
 _REST, _STIFFNESS, _DAMPING, _FRICTION, _SPEED, _LIMIT, _STOP, _RESTITUTION = range(8)
+_SLOTS = len(HingeArrays._fields)
+"""Row of a group's table after those of `HingeArrays`."""
 
 
 @kernel(inline=True)
@@ -195,8 +199,59 @@ def add_tangent(
                         into_damping[slot + a * size + b] += by_rate * gradient[m] * gradient[n]
 
 
+# on tables --------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _hinges_of(table: np.ndarray, t: np.ndarray) -> HingeArrays:
+    """Hinges with the law of the present time."""
+    hinges = HingeArrays(
+        integers_2d(t, 0), floats_1d(t, 1), floats_1d(t, 2), floats_2d(t, 3), floats_1d(t, 4), integers_1d(t, 5)
+    )
+    set_law(hinges, floats_1d(table, NUMBERS)[NOW])
+    return hinges
+
+
+@kernel
+def _rates(table: np.ndarray, moving: float) -> np.ndarray:
+    return floats_1d(table, U) if moving == 1.0 else np.zeros(floats_1d(table, U).shape[0])
+
+
+@kernel
+def _force(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    add_force(_hinges_of(table, own), floats_1d(table, Q), _rates(table, moving), floats_1d(table, FORCE))
+    return 0.0
+
+
+@kernel
+def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    hinges, q, rates = _hinges_of(table, own), floats_1d(table, Q), _rates(table, moving)
+    stiffness, damping = floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
+    add_force(hinges, q, rates, floats_1d(table, FORCE))
+    slots = integers_2d(own, _SLOTS).reshape(hinges.vectors.shape[0], 2, 2)
+    add_tangent(hinges, q, rates, slots, stiffness.shape[1], stiffness.reshape(-1), damping.reshape(-1))
+    return 0.0
+
+
+@kernel
+def _stored(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    return stored_energy(_hinges_of(table, own), floats_1d(table, Q))
+
+
+@kernel
+def _lost(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    return dissipation(_hinges_of(table, own), floats_1d(table, Q), _rates(table, moving))
+
+
+@kernel
+def latch_hinges(table: np.ndarray, own: np.ndarray, t: float) -> float:
+    """Latch hinges at an accepted state."""
+    latch(_hinges_of(table, own), t, floats_1d(table, Q), floats_1d(table, U))
+    return 0.0
+
+
 @dataclass(frozen=True, eq=False)
-class HingeGroup:
+class HingeGroup(ElementGroup):
     """A batch of hinges; see the module docstring.
 
     Attributes
@@ -227,6 +282,12 @@ class HingeGroup:
             np.ascontiguousarray(self.vectors), np.ascontiguousarray(self.initial), np.ascontiguousarray(self.sign),
             np.ascontiguousarray(self.law), self.times, latched,
         )  # fmt: skip
+    kernels = _force, _tangent, _stored, _lost
+
+    @property
+    def table(self) -> list[np.ndarray]:
+        """See `ElementGroup`."""
+        return list(self.arrays)
 
     @property
     def rate_dependent(self) -> bool:
@@ -238,32 +299,6 @@ class HingeGroup:
         """Hinges with an end stop, (m,) bool."""
         return np.isfinite(self.law[:, _LIMIT])
 
-    def mass(self) -> MassPart:
-        """See `ElementGroup`: no mass."""
-        return MassPart(np.zeros((0, 2), dtype=np.int64), np.zeros((0, 2, 2)), np.eye(2))
-
     def turns(self, q: np.ndarray) -> np.ndarray:
         """Turn of every hinge, (m,), rad."""
         return np.asarray(_turns(self.vectors, self.initial, self.sign, q))
-
-    def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
-        """See `ElementGroup`."""
-        add_force(self.arrays, q, np.zeros_like(q) if u is None else u, force)
-
-    def add_linearised(
-        self,
-        q: np.ndarray,
-        u: np.ndarray | None,
-        slots: np.ndarray,
-        force: np.ndarray,
-        stiffness: np.ndarray,
-        damping: np.ndarray,
-    ) -> None:
-        """See `ElementGroup`."""
-        rates = np.zeros_like(q) if u is None else u
-        add_force(self.arrays, q, rates, force)
-        add_tangent(self.arrays, q, rates, slots, stiffness.shape[1], stiffness.reshape(-1), damping.reshape(-1))
-
-    def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
-        """Stored energy (J) and dissipated power (W)."""
-        return stored_energy(self.arrays, q), 0.0 if u is None else dissipation(self.arrays, q, u)

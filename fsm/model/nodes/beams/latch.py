@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from fsm.model.nodes.beams.hinge import HingeGroup, latch, set_law
+from fsm.model.nodes.beams.hinge import HingeGroup, latch
 
 
 class Latches:
@@ -34,10 +34,6 @@ class Latches:
 
     def __init__(self, hinges: HingeGroup, names: tuple[str, ...]) -> None:
         self.hinges, self.names, self.times = hinges, names, hinges.times
-
-    def at(self, t: float) -> None:
-        """Set the law of the hinges at a time (s)."""
-        set_law(self.hinges.arrays, t)
 
     def commit(self, t: float, q: np.ndarray, u: np.ndarray) -> None:
         """Latch the hinges that are at their stops after an accepted step."""

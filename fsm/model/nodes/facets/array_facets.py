@@ -9,26 +9,18 @@ from fsm.kernels.jit import kernel
 from fsm.model.nodes.arrays import DAMPING, FORCE, STIFFNESS, Q, U
 from fsm.model.nodes.facets.facet import FacetArrays, add_facet_force, add_facet_tangent, facet_energy
 from fsm.model.nodes.facets.facet_damping import add_facet_damping, facet_dissipation, facet_rates
-from fsm.model.nodes.facets.facet_group import FacetGroup
 
-_EDGES, _ROWS, _POINTS, _TENSION, _SLOTS, _BEND, _VISCOSITY = 1, 6, 9, 10, 11, 12, 13
-"""Rows of a group's table. The arrays of `FacetArrays` come first; arrays of four dimensions are stored flat. Slots,
-rows of damping and the Kelvin-Voigt time follow."""
-
-
-def arrays_of_facets(group: FacetGroup, slots: np.ndarray) -> list[np.ndarray]:
-    """Arrays of a group in the order of the rows of its table; `slots` as in `ElementGroup.add_linearised`."""
-    own = [array.reshape(-1) if row in (_EDGES, _ROWS, _POINTS) else array for row, array in enumerate(group.arrays)]
-    bend = np.ascontiguousarray(group.rows.bend).reshape(-1)
-    return [*own, np.ascontiguousarray(slots).reshape(-1, 9), bend, np.array([group.viscosity])]
+EDGES, ROWS, POINTS, _TENSION, _BEND, _VISCOSITY, _SLOTS = 1, 6, 9, 10, 11, 12, 13
+"""Rows of a group's table. The arrays of `FacetArrays` come first; arrays of four dimensions are stored flat. Rows of
+damping, the Kelvin-Voigt time and slots follow."""
 
 
 @kernel
 def _facets_of(t: np.ndarray) -> FacetArrays:
     return FacetArrays(
-        integers_2d(t, 0), floats_1d(t, _EDGES).reshape(-1, 3, 3, 9), floats_3d(t, 2), floats_3d(t, 3), floats_3d(t, 4),
-        floats_3d(t, 5), floats_1d(t, _ROWS).reshape(-1, 3, 5, 9), floats_3d(t, 7), floats_3d(t, 8),
-        floats_1d(t, _POINTS).reshape(-1, 3, 3, 15), floats_2d(t, _TENSION),
+        integers_2d(t, 0), floats_1d(t, EDGES).reshape(-1, 3, 3, 9), floats_3d(t, 2), floats_3d(t, 3), floats_3d(t, 4),
+        floats_3d(t, 5), floats_1d(t, ROWS).reshape(-1, 3, 5, 9), floats_3d(t, 7), floats_3d(t, 8),
+        floats_1d(t, POINTS).reshape(-1, 3, 3, 15), floats_2d(t, _TENSION),
     )  # fmt: skip
 
 

@@ -13,7 +13,6 @@ from fsm.kernels.programs import Pieces
 from fsm.laws.crease import CreaseLaws, crease_laws_of, openings_of
 from fsm.laws.crease_sliders import Sliders, accept_sliders, sliders_of
 from fsm.model.nodes.arrays import DAMPING, FORCE, MEAN_OVER, NOW, NUMBERS, STIFFNESS, Q, U
-from fsm.model.nodes.facets.crease_line import CreaseLineGroup
 from fsm.model.nodes.facets.fold_kernels import (
     FoldArrays,
     FoldCurves,
@@ -25,7 +24,6 @@ from fsm.model.nodes.facets.fold_kernels import (
     path_powers,
     stored_energy,
 )
-from fsm.model.nodes.facets.folds import FoldGroup
 
 _CURVES = 4
 _LAW = _CURVES + len(CreaseLaws._fields)
@@ -39,12 +37,6 @@ def fold_table(folds: FoldArrays) -> list[np.ndarray]:
     """Arrays of folds in the order of the rows of a table."""
     law, path = folds.law, folds.path
     return [*folds[:4], *law.curves, *law[1:], path.turning, *path.time, path.chosen, *path.sliders]
-
-
-def arrays_of_folds(group: FoldGroup | CreaseLineGroup, slots: np.ndarray) -> list[np.ndarray]:
-    """Arrays of a group in the order of the rows of its table; `slots` as in `ElementGroup.add_linearised`."""
-    count, width = slots.shape[:2]
-    return [*fold_table(group.arrays), np.ascontiguousarray(slots).reshape(count * width, width)]
 
 
 @kernel

@@ -17,20 +17,14 @@ import numpy as np
 from fsm.kernels.programs import CONSTANT, table_of
 from fsm.laws.crease import CreaseLaws
 from fsm.laws.crease_sliders import no_sliders
-from fsm.model.nodes.facets.fold_kernels import (
-    FoldArrays,
-    FoldCurves,
-    FoldPath,
-    add_force,
-    add_tangent,
-    dissipation,
-    stored_energy,
-)
-from fsm.model.nodes.group import MassPart
+from fsm.model.nodes.facets.array_folds import FOLDS, fold_table
+from fsm.model.nodes.facets.fold_kernels import FoldArrays, FoldCurves, FoldPath
+from fsm.model.nodes.group import ElementGroup
+from fsm.solve.interface.records import PreviousState
 
 
 @dataclass(frozen=True, eq=False)
-class CreaseLineGroup:
+class CreaseLineGroup(ElementGroup):
     """Nodes of crease lines; see the module docstring.
 
     Attributes
@@ -58,34 +52,15 @@ class CreaseLineGroup:
     def rate_dependent(self) -> bool:
         """See `ElementGroup`."""
         return self.viscosity > 0.0
+    kernels = FOLDS
 
-    def mass(self) -> MassPart:
-        """See `ElementGroup`; crease lines have no mass."""
-        return MassPart(np.zeros((0, 3), dtype=np.int64), np.zeros((0, 3, 3)), np.eye(3))
-
-    def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
+    @property
+    def table(self) -> list[np.ndarray]:
         """See `ElementGroup`."""
-        add_force(self.arrays, q, q if u is None else u, 0.0 if u is None else 1.0, 0.0, 0.0, force)
+        return fold_table(self.arrays)
 
-    def add_linearised(
-        self,
-        q: np.ndarray,
-        u: np.ndarray | None,
-        slots: np.ndarray,
-        force: np.ndarray,
-        stiffness: np.ndarray,
-        damping: np.ndarray,
-    ) -> None:
-        """See `ElementGroup`."""
-        add_tangent(
-            self.arrays, q, q if u is None else u, 0.0 if u is None else 1.0, 0.0, 0.0, slots,
-            stiffness.shape[1], force, stiffness.reshape(-1), damping.reshape(-1),
-        )  # fmt: skip
-
-    def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
-        """See `ElementGroup`."""
-        lost = 0.0 if u is None or not self.viscosity else float(dissipation(self.arrays, q, u, 0.0))
-        return float(stored_energy(self.arrays, q)), lost
+    def at(self, t: float, before: PreviousState | None) -> None:
+        """See `ElementGroup`; the rotations have no memory, and dampers use the rates of the coordinates."""
 
     @cached_property
     def arrays(self) -> FoldArrays:

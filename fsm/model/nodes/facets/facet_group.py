@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from fsm.model.nodes.facets.array_facets import EDGES, FACETS, POINTS, ROWS
 from fsm.model.nodes.facets.facet import (
     FacetArrays,
     add_facet_force,
@@ -21,14 +22,14 @@ from fsm.model.nodes.facets.facet_damping import add_facet_damping, facet_dissip
 from fsm.model.nodes.facets.facet_shape import FacetRows, facet_masses, facet_rows, membrane_moduli, mid_edge_strains
 from fsm.model.nodes.facets.facet_tension import REMAINDER
 from fsm.model.nodes.films.film import FilmMaterial
-from fsm.model.nodes.group import MassPart
+from fsm.model.nodes.group import ElementGroup, MassPart
 from fsm.solve.interface.records import PreviousState
 
 _NONE = np.zeros((0, 5, 3))
 
 
 @dataclass(eq=False)
-class FacetGroup:
+class FacetGroup(ElementGroup):
     """Triangles of one material; see `fsm.model.nodes.facets.facet`.
 
     Attributes
@@ -62,6 +63,13 @@ class FacetGroup:
     name: str = "panels"
     _before: PreviousState | None = field(default=None, init=False)
     _duration: float = field(default=0.0, init=False)
+    kernels = FACETS
+
+    @property
+    def table(self) -> list[np.ndarray]:
+        """See `ElementGroup`."""
+        own = [array.reshape(-1) if row in (EDGES, ROWS, POINTS) else array for row, array in enumerate(self.arrays)]
+        return [*own, np.ascontiguousarray(self.rows.bend).reshape(-1), np.array([self.viscosity])]
 
     @property
     def rate_dependent(self) -> bool:
@@ -69,7 +77,7 @@ class FacetGroup:
         return self.viscosity > 0.0
 
     def at(self, t: float, before: PreviousState | None) -> None:
-        """See `TimedGroup`."""
+        """See `ElementGroup`."""
         self._duration = 0.0 if before is None else t - before[0]
         self._before = before if self._duration else None
 

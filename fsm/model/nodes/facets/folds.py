@@ -17,9 +17,10 @@ from functools import cached_property
 
 import numpy as np
 
+from fsm.model.nodes.facets.array_folds import FOLDS, fold_table
 from fsm.model.nodes.facets.fold_kernels import FoldArrays, add_moments, add_tangents, fold_rates, fold_states
 from fsm.model.nodes.facets.fold_laws import FoldEnergy, FoldLaws
-from fsm.model.nodes.group import MassPart
+from fsm.model.nodes.group import ElementGroup
 from fsm.solve.interface.records import PreviousState
 
 BETWEEN_POINTS = np.array([[-1.0, 1.0, 0.0, 0.0], [0.0, -1.0, 0.0, 1.0], [0.0, -1.0, 1.0, 0.0]])
@@ -27,7 +28,7 @@ BETWEEN_POINTS = np.array([[-1.0, 1.0, 0.0, 0.0], [0.0, -1.0, 0.0, 1.0], [0.0, -
 
 
 @dataclass(eq=False)
-class FoldGroup:
+class FoldGroup(ElementGroup):
     """Folds; see the module docstring.
 
     Attributes
@@ -46,18 +47,20 @@ class FoldGroup:
     name: str = "creases"
     _time: float = field(default=0.0, init=False)
     _before: PreviousState | None = field(default=None, init=False)
+    kernels = FOLDS
+
+    @property
+    def table(self) -> list[np.ndarray]:
+        """See `ElementGroup`."""
+        return fold_table(self.arrays)
 
     @property
     def rate_dependent(self) -> bool:
         """See `ElementGroup`."""
         return self.laws.rate_dependent
 
-    def mass(self) -> MassPart:
-        """See `ElementGroup`; folds have no mass."""
-        return MassPart(np.zeros((0, 4), dtype=np.int64), np.zeros((0, 4, 4)), np.eye(3))
-
     def at(self, t: float, before: PreviousState | None) -> None:
-        """See `PathGroup`."""
+        """See `ElementGroup`."""
         self._time, self._before = t, before if before is not None and before[0] != t else None
 
     @cached_property
@@ -121,20 +124,20 @@ class FoldGroup:
     # memory -----------------------------------------------------------------------------------------------------------
 
     def commit(self, t: float, q: np.ndarray) -> None:
-        """See `PathGroup`."""
+        """See `FoldLaws`."""
         self.laws.commit(t, self.angles(q))
 
     @property
     def remembered(self) -> int:
-        """See `PathGroup`."""
+        """See `FoldLaws`."""
         return self.laws.remembered
 
     def memory(self) -> np.ndarray:
-        """See `PathGroup`."""
+        """See `FoldLaws`."""
         return self.laws.memory()
 
     def restore(self, memory: np.ndarray) -> None:
-        """See `PathGroup`."""
+        """See `FoldLaws`."""
         self.laws.restore(memory)
 
     # inside -----------------------------------------------------------------------------------------------------------

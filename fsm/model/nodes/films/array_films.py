@@ -7,17 +7,10 @@ import numpy as np
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_2d
 from fsm.kernels.jit import kernel
 from fsm.model.nodes.arrays import DAMPING, FORCE, STIFFNESS, Q, U
-from fsm.model.nodes.films.film import MembraneGroup
 from fsm.model.nodes.films.membrane import MembraneArrays, add_force, add_tangent, dissipation, stored_energy
 
 _VISCOSITY, _SLOTS = 12, 13
 """Rows of a group's table after those of `MembraneArrays`."""
-
-
-def arrays_of_films(group: MembraneGroup, slots: np.ndarray) -> list[np.ndarray]:
-    """Arrays of a group in the order of the rows of its table; `slots` as in `ElementGroup.add_linearised`."""
-    count, width = slots.shape[:2]
-    return [*group.arrays, np.array([group.viscosity]), np.ascontiguousarray(slots).reshape(count * width, width)]
 
 
 @kernel

@@ -8,16 +8,14 @@ from functools import cached_property
 
 import numpy as np
 
+from fsm.model.nodes.films.array_films import FILMS
 from fsm.model.nodes.films.membrane import (
     MembraneArrays,
-    add_force,
-    add_tangent,
     curvatures_at,
-    dissipation,
     stored_energy,
     strains_at,
 )
-from fsm.model.nodes.group import MassPart
+from fsm.model.nodes.group import ElementGroup, MassPart
 from fsm.model.nodes.shape import gauss, membrane_shape
 from fsm.model.nodes.tension_field import (
     MOVING,
@@ -129,7 +127,7 @@ class FilmStress:
 
 
 @dataclass(frozen=True, eq=False)
-class MembraneGroup:
+class MembraneGroup(ElementGroup):
     """Membrane elements of one material; see `fsm.model.nodes.films.membrane`.
 
     Attributes
@@ -156,6 +154,12 @@ class MembraneGroup:
     rest: np.ndarray | None = None
     name: str = "film"
     points: tuple[int, int] = POINTS
+    kernels = FILMS
+
+    @property
+    def table(self) -> list[np.ndarray]:
+        """See `ElementGroup`."""
+        return [*self.arrays, np.array([self.viscosity])]
 
     @property
     def rate_dependent(self) -> bool:
@@ -171,33 +175,6 @@ class MembraneGroup:
         """See `ElementGroup`: exact, int rho t S_i S_j dX dY."""
         density = np.full(len(self.sides), self.material.areal_density)
         return MassPart(self.vectors, film_mass(self.sides, density), np.eye(3))
-
-    def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
-        """See `ElementGroup`."""
-        viscosity = self.viscosity if u is not None else 0.0
-        add_force(self.arrays, q, q if u is None else u, viscosity, force)
-
-    def add_linearised(
-        self,
-        q: np.ndarray,
-        u: np.ndarray | None,
-        slots: np.ndarray,
-        force: np.ndarray,
-        stiffness: np.ndarray,
-        damping: np.ndarray,
-    ) -> None:
-        """See `ElementGroup`."""
-        self.add_force(q, u, force)
-        moving = self.viscosity if u is not None else 0.0
-        add_tangent(
-            self.arrays, q, q if u is None else u, moving, self.viscosity, slots,
-            stiffness.shape[1], stiffness.reshape(-1), damping.reshape(-1),
-        )  # fmt: skip
-
-    def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
-        """See `ElementGroup`."""
-        lost = 0.0 if u is None or not self.viscosity else float(dissipation(self.arrays, q, u, self.viscosity))
-        return sum(self.energies(q)), lost
 
     def energies(self, q: np.ndarray) -> tuple[float, float]:
         """Energy of stretch and of bending, J."""

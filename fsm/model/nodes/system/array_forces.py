@@ -9,36 +9,8 @@ from fsm.kernels.block_equations import set_factors, solution
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import program_at
 from fsm.kernels.pointers import call_at
-from fsm.model.nodes.arrays import (
-    CLEARED,
-    DAMPED,
-    DAMPING,
-    DIAGONAL,
-    FACTORS,
-    FIXED,
-    FORCE,
-    FORCE_AT,
-    FORCINGS,
-    FULL_MASS,
-    HELD_STIFFNESS,
-    MASS,
-    MATRIX,
-    NOW,
-    NUMBERS,
-    RATE_DEPENDENT,
-    START,
-    STIFFNESS,
-    TANGENT_AT,
-    WEIGHT,
-    Coordinates,
-    Q,
-    Rows,
-    U,
-    forcing_programs,
-    full_mass_of,
-    moved_of,
-    pattern_of,
-)
+from fsm.model.nodes import arrays as at
+from fsm.model.nodes.arrays import Coordinates, Rows, forcing_programs, full_mass_of, moved_of, pattern_of
 from fsm.solve.stepping.vectors import copy_into
 
 
@@ -59,10 +31,10 @@ def place(table: np.ndarray, t: float, since: float, q: np.ndarray, u: np.ndarra
     """Write coordinates and rates; moved coordinates get their values at time t. Rates are mean values since the time
     `since`, if this time is before t (s).
     """
-    here, rates, start = floats_1d(table, Q), floats_1d(table, U), floats_1d(table, START)
+    here, rates, start = floats_1d(table, at.Q), floats_1d(table, at.U), floats_1d(table, at.START)
     copy_into(q, here)
     copy_into(u, rates)
-    floats_1d(table, NUMBERS)[NOW] = t
+    floats_1d(table, at.NUMBERS)[at.NOW] = t
     moved = moved_of(table)
     for i in range(moved.coordinates.shape[0]):
         value, slope, _ = program_at(moved.programs, moved.motions[i], t)
@@ -76,8 +48,8 @@ def place(table: np.ndarray, t: float, since: float, q: np.ndarray, u: np.ndarra
 @kernel
 def _add_loads(table: np.ndarray, t: float, moving: float) -> None:
     """Add weight, loads, damping by mass and the inertia of moved coordinates to the forces."""
-    force, weight, forcings = floats_1d(table, FORCE), floats_1d(table, WEIGHT), floats_2d(table, FORCINGS)
-    programs, moved, rates = forcing_programs(table), moved_of(table), floats_1d(table, U)
+    force, weight, forcings = floats_1d(table, at.FORCE), floats_1d(table, at.WEIGHT), floats_2d(table, at.FORCINGS)
+    programs, moved, rates = forcing_programs(table), moved_of(table), floats_1d(table, at.U)
     for i in range(force.shape[0]):
         force[i] += weight[i]
     for k in range(forcings.shape[0]):
@@ -86,7 +58,7 @@ def _add_loads(table: np.ndarray, t: float, moving: float) -> None:
             force[i] += factor * forcings[k, i]
     if moving == 0.0:
         return
-    damped = floats_1d(table, NUMBERS)[DAMPED]
+    damped = floats_1d(table, at.NUMBERS)[at.DAMPED]
     if damped == 0.0 and moved.coordinates.shape[0] == 0:
         return
     change = np.empty(force.shape[0])
@@ -102,19 +74,19 @@ def _add_loads(table: np.ndarray, t: float, moving: float) -> None:
 @kernel
 def sum_forces(model: Coordinates, t: float, moving: float) -> None:
     """Write the forces on all coordinates at the present state."""
-    total = floats_1d(model.table, FORCE)
+    total = floats_1d(model.table, at.FORCE)
     for i in range(total.shape[0]):
         total[i] = 0.0
     for k in range(model.kernels.shape[0]):
-        call_at(model.kernels[k, FORCE_AT], model.table, model.tables[k], moving)
+        call_at(model.kernels[k, at.FORCE_AT], model.table, model.tables[k], moving)
     _add_loads(model.table, t, moving)
 
 
 @kernel
 def forces_of_coordinates(table: np.ndarray, q: np.ndarray) -> np.ndarray:
     """Forces (n,). At held coordinates, the result is the force of the springs that keep them at their initial values."""
-    total, start, fixed = floats_1d(table, FORCE), floats_1d(table, START), integers_2d(table, FIXED)
-    stiff, size, out = floats_1d(table, NUMBERS)[HELD_STIFFNESS], fixed.shape[1], np.empty(q.shape[0])
+    total, start, fixed = floats_1d(table, at.FORCE), floats_1d(table, at.START), integers_2d(table, at.FIXED)
+    stiff, size, out = floats_1d(table, at.NUMBERS)[at.HELD_STIFFNESS], fixed.shape[1], np.empty(q.shape[0])
     for i in range(fixed.shape[0]):
         for a in range(size):
             k = i * size + a
@@ -133,7 +105,7 @@ def force(model: Coordinates, t: float, q: np.ndarray, u: np.ndarray) -> np.ndar
 @kernel
 def hold_rows(table: np.ndarray, diagonal: float, data: np.ndarray) -> None:
     """Set the rows and columns of held coordinates in block data, as `fsm.model.nodes.matrices.set_held`."""
-    flat, cleared, places = data.reshape(-1), integers_1d(table, CLEARED), integers_1d(table, DIAGONAL)
+    flat, cleared, places = data.reshape(-1), integers_1d(table, at.CLEARED), integers_1d(table, at.DIAGONAL)
     for i in range(cleared.shape[0]):
         flat[cleared[i]] = 0.0
     for i in range(places.shape[0]):
@@ -143,28 +115,28 @@ def hold_rows(table: np.ndarray, diagonal: float, data: np.ndarray) -> None:
 @kernel
 def hold(table: np.ndarray) -> None:
     """Set the rows and columns of held coordinates in K and D."""
-    hold_rows(table, floats_1d(table, NUMBERS)[HELD_STIFFNESS], floats_3d(table, STIFFNESS))
-    hold_rows(table, 0.0, floats_3d(table, DAMPING))
+    hold_rows(table, floats_1d(table, at.NUMBERS)[at.HELD_STIFFNESS], floats_3d(table, at.STIFFNESS))
+    hold_rows(table, 0.0, floats_3d(table, at.DAMPING))
 
 
 @kernel
 def sum_tangents(model: Coordinates, t: float, moving: float) -> None:
     """Write the forces on all coordinates at the present state, K and D. Supports have no effect here; see `hold`."""
     table = model.table
-    total, stiffness, damping = floats_1d(table, FORCE), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
+    total, stiffness, damping = floats_1d(table, at.FORCE), floats_3d(table, at.STIFFNESS), floats_3d(table, at.DAMPING)
     for i in range(total.shape[0]):
         total[i] = 0.0
-    numbers = floats_1d(table, NUMBERS)
+    numbers = floats_1d(table, at.NUMBERS)
     stiffness[:] = 0.0
-    if numbers[RATE_DEPENDENT] > 0.0:
+    if numbers[at.RATE_DEPENDENT] > 0.0:
         damping[:] = 0.0
     for k in range(model.kernels.shape[0]):
-        call_at(model.kernels[k, TANGENT_AT], table, model.tables[k], moving)
+        call_at(model.kernels[k, at.TANGENT_AT], table, model.tables[k], moving)
     _add_loads(table, t, moving)
-    if numbers[DAMPED] > 0.0:
-        flat, mass = damping.reshape(-1), floats_3d(table, FULL_MASS).reshape(-1)
+    if numbers[at.DAMPED] > 0.0:
+        flat, mass = damping.reshape(-1), floats_3d(table, at.FULL_MASS).reshape(-1)
         for i in range(flat.shape[0]):
-            flat[i] += numbers[DAMPED] * mass[i]
+            flat[i] += numbers[at.DAMPED] * mass[i]
 
 
 @kernel
@@ -184,15 +156,15 @@ def factorise_matrix(model: Coordinates) -> bool:
     """Factorise the matrix; false if it is singular."""
     table = model.table
     return set_factors(
-        model.equations, pattern_of(table), floats_3d(table, MATRIX), floats_3d(table, FACTORS), model.flags
+        model.equations, pattern_of(table), floats_3d(table, at.MATRIX), floats_3d(table, at.FACTORS), model.flags
     )
 
 
 @kernel
 def set_matrix(table: np.ndarray, by_rate: float, by_acceleration: float) -> None:
     """Write K + by_rate D + by_acceleration M to the matrix."""
-    matrix, stiffness = floats_3d(table, MATRIX).reshape(-1), floats_3d(table, STIFFNESS).reshape(-1)
-    damping, mass = floats_3d(table, DAMPING).reshape(-1), floats_3d(table, MASS).reshape(-1)
+    matrix, stiffness = floats_3d(table, at.MATRIX).reshape(-1), floats_3d(table, at.STIFFNESS).reshape(-1)
+    damping, mass = floats_3d(table, at.DAMPING).reshape(-1), floats_3d(table, at.MASS).reshape(-1)
     for i in range(matrix.shape[0]):
         matrix[i] = stiffness[i] + (by_rate * damping[i] + by_acceleration * mass[i])
 
@@ -202,5 +174,5 @@ def solve(model: Coordinates, right: np.ndarray) -> np.ndarray:
     """See `fsm.solve.stepping.model`."""
     table = model.table
     return solution(
-        model.equations, pattern_of(table), floats_3d(table, MATRIX), floats_3d(table, FACTORS), model.flags, right
+        model.equations, pattern_of(table), floats_3d(table, at.MATRIX), floats_3d(table, at.FACTORS), model.flags, right
     )

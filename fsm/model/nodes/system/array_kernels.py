@@ -12,38 +12,8 @@ from fsm.kernels.block_lu import REFINE_ABOVE, multiply_blocks
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import program_at
 from fsm.kernels.pointers import call_at
-from fsm.model.nodes.arrays import (
-    DAMPED,
-    DAMPING,
-    FIXED,
-    FORCE,
-    FORCINGS,
-    KEPT_DAMPING,
-    KEPT_STIFFNESS,
-    KINDS,
-    LAST,
-    LAST_TIME,
-    LOST_AT,
-    MASS,
-    MASS_FACTORS,
-    MATRIX,
-    NUMBERS,
-    PUT_IN_AT,
-    RATE_DEPENDENT,
-    SIZES,
-    SLID_AT,
-    STIFFNESS,
-    STORED_AT,
-    WEIGHT,
-    Coordinates,
-    Q,
-    U,
-    forcing_programs,
-    full_mass_of,
-    mass_of,
-    moved_of,
-    pattern_of,
-)
+from fsm.model.nodes import arrays as at
+from fsm.model.nodes.arrays import Coordinates, forcing_programs, full_mass_of, mass_of, moved_of, pattern_of
 from fsm.model.nodes.system.array_forces import (
     factorise_matrix,
     force,
@@ -70,7 +40,7 @@ def _factorise(model: Coordinates, by_rate: float, by_acceleration: float, x: np
 
 @kernel
 def _factorise_mass(model: Coordinates) -> bool:
-    copy_into(floats_3d(model.table, MASS), floats_3d(model.table, MATRIX))
+    copy_into(floats_3d(model.table, at.MASS), floats_3d(model.table, at.MATRIX))
     return factorise_matrix(model)
 
 
@@ -95,13 +65,13 @@ def _mass_times(model: Coordinates, vector: np.ndarray) -> np.ndarray:
 @kernel
 def _stiffness_times(model: Coordinates, vector: np.ndarray) -> np.ndarray:
     p = pattern_of(model.table)
-    return multiply_blocks(p.rows, p.columns, floats_3d(model.table, STIFFNESS), vector)
+    return multiply_blocks(p.rows, p.columns, floats_3d(model.table, at.STIFFNESS), vector)
 
 
 @kernel
 def _damping_times(model: Coordinates, vector: np.ndarray) -> np.ndarray:
     p = pattern_of(model.table)
-    return multiply_blocks(p.rows, p.columns, floats_3d(model.table, DAMPING), vector)
+    return multiply_blocks(p.rows, p.columns, floats_3d(model.table, at.DAMPING), vector)
 
 
 @kernel
@@ -113,8 +83,8 @@ def _unable(model: Coordinates) -> bool:
 def keep_tangent(model: Coordinates, by_stiffness: float, by_damping: float, first: bool) -> bool:
     """See `fsm.solve.stepping.model`."""
     table = model.table
-    kept(floats_3d(table, STIFFNESS), by_stiffness, first, floats_3d(table, KEPT_STIFFNESS))
-    kept(floats_3d(table, DAMPING), by_damping, first, floats_3d(table, KEPT_DAMPING))
+    kept(floats_3d(table, at.STIFFNESS), by_stiffness, first, floats_3d(table, at.KEPT_STIFFNESS))
+    kept(floats_3d(table, at.DAMPING), by_damping, first, floats_3d(table, at.KEPT_DAMPING))
     return True
 
 
@@ -171,7 +141,7 @@ def _renewed_force_at_rest(model: Coordinates, t: float, q: np.ndarray) -> np.nd
 
 @kernel
 def _factorise_stiffness(model: Coordinates) -> bool:
-    copy_into(floats_3d(model.table, STIFFNESS), floats_3d(model.table, MATRIX))
+    copy_into(floats_3d(model.table, at.STIFFNESS), floats_3d(model.table, at.MATRIX))
     done = factorise_matrix(model)
     model.flags[FAILED] = 0  # these are the matrices of time steps
     return done
@@ -195,9 +165,9 @@ def _dissipated(model: Coordinates, t: float, q: np.ndarray, step: float) -> flo
     `fsm.solve.outcome.dissipation`.
     """
     table = model.table
-    last, last_time = floats_1d(table, LAST), floats_1d(table, LAST_TIME)
-    damped, lost = floats_1d(table, NUMBERS)[DAMPED], 0.0
-    if step > 0.0 and floats_1d(table, NUMBERS)[RATE_DEPENDENT] > 0.0:
+    last, last_time = floats_1d(table, at.LAST), floats_1d(table, at.LAST_TIME)
+    damped, lost = floats_1d(table, at.NUMBERS)[at.DAMPED], 0.0
+    if step > 0.0 and floats_1d(table, at.NUMBERS)[at.RATE_DEPENDENT] > 0.0:
         begin = last_time[0]
         halfway, mean = np.empty(q.shape[0]), np.empty(q.shape[0])
         for i in range(q.shape[0]):
@@ -205,9 +175,9 @@ def _dissipated(model: Coordinates, t: float, q: np.ndarray, step: float) -> flo
             mean[i] = (q[i] - last[i]) / (t - begin)
         place(table, 0.5 * (begin + t), begin, halfway, mean)
         for k in range(model.kernels.shape[0]):
-            lost += call_at(model.kernels[k, LOST_AT], table, model.tables[k], 1.0)
+            lost += call_at(model.kernels[k, at.LOST_AT], table, model.tables[k], 1.0)
         if damped > 0.0:
-            rates = floats_1d(table, U)
+            rates = floats_1d(table, at.U)
             momentum = rows_times(full_mass_of(table), rates)
             for i in range(rates.shape[0]):
                 lost += damped * rates[i] * momentum[i]
@@ -224,7 +194,7 @@ def _slid(model: Coordinates, step: float) -> float:
     """Power that the memory of elements dissipates, W: the mean of an accepted step (s), or at the present rates."""
     lost = 0.0
     for k in range(model.kernels.shape[0]):
-        lost += call_at(model.kernels[k, SLID_AT], model.table, model.tables[k], step)
+        lost += call_at(model.kernels[k, at.SLID_AT], model.table, model.tables[k], step)
     return lost
 
 
@@ -233,13 +203,13 @@ def _reactions(model: Coordinates, t: float) -> np.ndarray:
     """Forces that hold the held coordinates in motion, (n,); see `AncfSystem.held_forces`."""
     table = model.table
     sum_forces(model, t, 1.0)
-    total, fixed, p = floats_1d(table, FORCE), integers_2d(table, FIXED).reshape(-1), pattern_of(table)
+    total, fixed, p = floats_1d(table, at.FORCE), integers_2d(table, at.FIXED).reshape(-1), pattern_of(table)
     free = np.empty(total.shape[0])
     for i in range(total.shape[0]):
         free[i] = 0.0 if fixed[i] == 1 else total[i]
     acceleration, _, _ = model.equations.solve(
-        p.order, p.filled_rows, p.filled_columns, p.filled_diagonal, floats_3d(table, MASS_FACTORS), p.rows, p.columns,
-        floats_3d(table, MASS), free, REFINE_ABOVE, True, False,
+        p.order, p.filled_rows, p.filled_columns, p.filled_diagonal, floats_3d(table, at.MASS_FACTORS), p.rows, p.columns,
+        floats_3d(table, at.MASS), free, REFINE_ABOVE, True, False,
     )  # fmt: skip
     out = rows_times(full_mass_of(table), acceleration)
     for i in range(out.shape[0]):
@@ -252,14 +222,14 @@ def _powers(model: Coordinates, t: float, record: np.ndarray) -> float:
     """Input power at the present state, W; travels and forces of the motions are recorded."""
     table, power = model.table, 0.0
     programs, moved = forcing_programs(table), moved_of(table)
-    rates, forcings = floats_1d(table, U), floats_2d(table, FORCINGS)
+    rates, forcings = floats_1d(table, at.U), floats_2d(table, at.FORCINGS)
     for k in range(forcings.shape[0]):
         factor = program_at(programs, k, t)[0]
         for i in range(rates.shape[0]):
             power += factor * forcings[k, i] * rates[i]
     for k in range(model.kernels.shape[0]):
-        power += call_at(model.kernels[k, PUT_IN_AT], table, model.tables[k], 0.0)
-    sizes = floats_1d(table, SIZES)
+        power += call_at(model.kernels[k, at.PUT_IN_AT], table, model.tables[k], 0.0)
+    sizes = floats_1d(table, at.SIZES)
     count = sizes.shape[0]
     if count == 0:
         return power
@@ -282,11 +252,11 @@ def energies(
     table = model.table
     lost = _dissipated(model, t, q, step)
     place(table, t, t, q, u)
-    here, rates = floats_1d(table, Q), floats_1d(table, U)
-    weight, kinds = floats_1d(table, WEIGHT), integers_1d(table, KINDS)
+    here, rates = floats_1d(table, at.Q), floats_1d(table, at.U)
+    weight, kinds = floats_1d(table, at.WEIGHT), integers_1d(table, at.KINDS)
     record[PANELS] = record[CREASES] = record[STEADY] = kinetic = stored = 0.0
     for k in range(model.kernels.shape[0]):
-        energy = call_at(model.kernels[k, STORED_AT], table, model.tables[k], 1.0)
+        energy = call_at(model.kernels[k, at.STORED_AT], table, model.tables[k], 1.0)
         stored += energy
         if kinds[k] == 1:
             record[PANELS] += energy
@@ -304,15 +274,15 @@ def energies(
 def present_powers(model: Coordinates, t: float, drive_force: np.ndarray) -> tuple[float, float]:
     """Powers at the present state, as `powers`."""
     table = model.table
-    damped, lost = floats_1d(table, NUMBERS)[DAMPED], 0.0
-    if floats_1d(table, NUMBERS)[RATE_DEPENDENT] > 0.0:
+    damped, lost = floats_1d(table, at.NUMBERS)[at.DAMPED], 0.0
+    if floats_1d(table, at.NUMBERS)[at.RATE_DEPENDENT] > 0.0:
         for k in range(model.kernels.shape[0]):
-            lost += call_at(model.kernels[k, LOST_AT], table, model.tables[k], 1.0)
+            lost += call_at(model.kernels[k, at.LOST_AT], table, model.tables[k], 1.0)
     lost += _slid(model, 0.0)
     if damped > 0.0:
-        rates = floats_1d(table, U)
+        rates = floats_1d(table, at.U)
         lost += damped * inner(rates, rows_times(full_mass_of(table), rates))
-    count = floats_1d(table, SIZES).shape[0]
+    count = floats_1d(table, at.SIZES).shape[0]
     record = np.zeros(DRIVES + 2 * count)
     put_in = _powers(model, t, record)
     for k in range(count):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -16,43 +15,15 @@ from fsm.kernels.blocks import BlockPattern, Elimination
 from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import Pointer
 from fsm.kernels.programs import table_of
-from fsm.model.nodes.array_bars import BARS, arrays_of_bars
-from fsm.model.nodes.array_cables import CABLES, arrays_of_cables
 from fsm.model.nodes.arrays import KINDS_OF_ENERGY, Arrays, Coordinates, Moved, Rows
-from fsm.model.nodes.beams.array_beams import BEAMS, arrays_of_beams
-from fsm.model.nodes.beams.array_hinges import HINGES, arrays_of_hinges
-from fsm.model.nodes.beams.beam_group import BeamGroup
-from fsm.model.nodes.beams.hinge import HingeGroup
-from fsm.model.nodes.cable import CableGroup
-from fsm.model.nodes.facets.array_facets import FACETS, arrays_of_facets
-from fsm.model.nodes.facets.array_folds import FOLDS, arrays_of_folds
-from fsm.model.nodes.facets.crease_line import CreaseLineGroup
-from fsm.model.nodes.facets.facet_group import FacetGroup
-from fsm.model.nodes.facets.folds import FoldGroup
-from fsm.model.nodes.films.array_films import FILMS, arrays_of_films
-from fsm.model.nodes.films.film import MembraneGroup
 from fsm.model.nodes.matrices import set_held
 from fsm.model.nodes.system.array_kernels import AT_REST, KERNELS
-from fsm.model.nodes.truss import BarGroup
 from fsm.solve.interface.records import Ready
 from fsm.solve.stepping.equilibrium import RestModel
 from fsm.solve.stepping.model import ArrayModel
 
 if TYPE_CHECKING:
     from fsm.model.nodes.system.moving_mesh import MovingMesh
-
-_KERNELS: dict[type, tuple[tuple[Any, ...], Callable[[Any, np.ndarray], list[np.ndarray]]]] = {
-    CableGroup: (CABLES, arrays_of_cables),
-    MembraneGroup: (FILMS, arrays_of_films),
-    BeamGroup: (BEAMS, arrays_of_beams),
-    HingeGroup: (HINGES, arrays_of_hinges),
-    FoldGroup: (FOLDS, arrays_of_folds),
-    CreaseLineGroup: (FOLDS, arrays_of_folds),
-    BarGroup: (BARS, arrays_of_bars),
-    FacetGroup: (FACETS, arrays_of_facets),
-}
-"""By kind of group: kernels in the order of the columns of `Coordinates.kernels`, and the arrays of a group."""
-
 
 @kernel
 def _none(table: np.ndarray, own: np.ndarray, number: float) -> float:
@@ -61,13 +32,6 @@ def _none(table: np.ndarray, own: np.ndarray, number: float) -> float:
 
 
 _KINDS = {name: number for number, name in enumerate(KINDS_OF_ENERGY, start=1)}
-
-
-def parts_in_python(system: MovingMesh) -> tuple[str, ...]:
-    """Reasons why the steps of a mesh are computed in Python; empty for compiled steps."""
-    reasons = [] if hasattr(KERNELS.force, "compile") else ["the compiler is off (NUMBA_DISABLE_JIT)"]
-    names = (group.name for group in system.mesh.groups if type(group) not in _KERNELS)
-    return (*reasons, *(f"{name} have no compiled form" for name in dict.fromkeys(names)))
 
 
 class Compiled:
@@ -143,11 +107,10 @@ def coordinates_of(system: MovingMesh, matrices: Matrices) -> tuple[Coordinates,
     table, flags = address_table(flat), np.zeros(3, dtype=np.int64)
     kernels, tables = np.zeros((len(system.mesh.groups), 6), dtype=np.int64), []
     for row, group, slots in zip(kernels, system.mesh.groups, all_slots, strict=True):
-        own, arrays_of_group = _KERNELS[type(group)]
-        held = arrays_of_group(group, slots)
+        held = group.arrays_with(slots)
         flat += held
         tables.append(address_table(held))
-        all_kernels = (*own, *(_none,) * (len(row) - len(own)))
+        all_kernels = (*group.kernels, *(_none,) * (len(row) - len(group.kernels)))
         row[:] = [Pointer(one, table, tables[-1], 0.0).address for one in all_kernels]
     accepting, accept_tables = [], []
     for one, held in system.accepting():

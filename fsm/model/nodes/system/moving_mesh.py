@@ -14,7 +14,6 @@ from fsm.kernels.blocks import BlockMatrix, BlockPattern
 from fsm.model.nodes.assembly import slots_of
 from fsm.model.nodes.facets.array_folds import commit_folds, fold_table
 from fsm.model.nodes.facets.folds import FoldGroup
-from fsm.model.nodes.group import TimedGroup
 from fsm.model.nodes.loading import Loading
 from fsm.model.nodes.matrices import clear_held, mass_data
 from fsm.model.nodes.mesh import Mesh
@@ -41,7 +40,6 @@ class MovingMesh(System):
             self.fixed[motion.coordinates] = True
         self.rate[self.fixed] = 0.0
         self.rate_dependent = self.loading.mass_damping > 0.0 or any(group.rate_dependent for group in mesh.groups)
-        self._timed = [group for group in mesh.groups if isinstance(group, TimedGroup)]
         self._folds = [group for group in mesh.groups if isinstance(group, FoldGroup)]
         self.slots = [
             slots_of(np.ascontiguousarray(group.vectors), mesh.size, self.pattern.indptr, self.pattern.indices)

@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from fsm.model.nodes.beams.array_beams import arrays_of_stress, note_stress
-from fsm.model.nodes.beams.array_hinges import latch_hinges
+from fsm.model.nodes.beams.array_beams import note_stress
 from fsm.model.nodes.beams.bar_stress import bar_stresses
 from fsm.model.nodes.beams.bars import BarMaterial, BarNodes
 from fsm.model.nodes.beams.beam_group import BeamGroup
-from fsm.model.nodes.beams.hinge import HingeGroup
+from fsm.model.nodes.beams.hinge import HingeGroup, latch_hinges
 from fsm.model.nodes.beams.latch import Latches
 from fsm.model.nodes.loading import Loading
 from fsm.model.nodes.mesh import Mesh
@@ -90,14 +89,6 @@ class ScissorSystem(AncfSystem):
         number, speed = 0.5 * math.pi / length, math.sqrt(self.material.young / self.material.density)
         return _FOLLOWED / (number * speed * min(1.0, number * self.material.height / math.sqrt(12.0)))
 
-    def place(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
-    ) -> tuple[np.ndarray, np.ndarray | None]:
-        """See `AncfSystem`; hinges have the law of the present time."""
-        if self.latches is not None:
-            self.latches.at(t)
-        return super().place(t, q, u, before)
-
     def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: PreviousState | None = None) -> None:
         """See `System`."""
         np.maximum(self.largest, self.stress(q), out=self.largest)
@@ -117,9 +108,8 @@ class ScissorSystem(AncfSystem):
 
     def accepting(self) -> list[tuple[Any, list[np.ndarray]]]:
         """See `AncfSystem`: largest stresses, and latches."""
-        of_bars = arrays_of_stress(
-            self.beams, *self._beside, self.material.young, self.material.height, self.largest
-        )
+        sizes = np.array([self.material.young, self.material.height])
+        of_bars = [*self.beams.table, *self._beside, sizes, self.largest]
         of_hinges = [] if self.latches is None else [(latch_hinges, list(self.latches.hinges.arrays))]
         return [(note_stress, of_bars), *of_hinges]
 

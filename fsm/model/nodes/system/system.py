@@ -19,7 +19,8 @@ from fsm.model.nodes.cable import CableGroup
 from fsm.model.nodes.films.film import MembraneGroup
 from fsm.model.nodes.loading import Loading
 from fsm.model.nodes.matrices import clear_held
-from fsm.model.nodes.system.arrays_of import Compiled, parts_in_python
+from fsm.model.nodes.system.array_kernels import KERNELS
+from fsm.model.nodes.system.arrays_of import Compiled
 from fsm.model.nodes.system.moving_mesh import MovingMesh
 from fsm.solve.interface.records import DriveState, Energy, Linearised, Observation, PairState, PreviousState, Ready
 from fsm.solve.interface.rest_scales import scales_at_rest
@@ -76,7 +77,7 @@ class AncfSystem(MovingMesh):
         return None if (known := self._known_arrays(ready)) is None else known.at_rest
 
     def _known_arrays(self, ready: Ready) -> Compiled | None:
-        if self._compiled is None and not parts_in_python(self):
+        if self._compiled is None and hasattr(KERNELS.force, "compile"):  # else the compiler is off
             self._compiled = Compiled(self, ready)
         return self._compiled
 
@@ -211,9 +212,9 @@ class AncfSystem(MovingMesh):
     ) -> tuple[np.ndarray, np.ndarray | None]:
         """Coordinates and rates, with moved coordinates at time t; if no coordinate is moved, the arguments are returned.
 
-        The method also sets the time of the groups that depend on it.
+        The method also sets the time of all groups.
         """
-        for group in self._timed:
+        for group in self.mesh.groups:
             group.at(t, before)
         motions = self.loading.motions
         if not motions:
