@@ -35,7 +35,7 @@ def respond(model: Any, t: float, q: np.ndarray, u: np.ndarray, ways: np.ndarray
         by, speed, rate = pose_rates(q, ways[row, :n].copy()), u + ways[row, n:], np.zeros(n)
         there = q + by
         with_unit_quaternions(there, n)
-        if not consistent(model, t, there, speed, rate):
+        if not consistent(model, t, there, speed, rate, False):
             if not factorise_mass(model):
                 return NO_SOLUTION
             copy_into(solve(model, force(model, t, there, speed)), rate)
