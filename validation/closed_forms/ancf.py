@@ -7,11 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from fsm.kernels.addresses import floats_1d, floats_3d, integers_2d
+from fsm.kernels.jit import kernel
 from fsm.kernels.programs import ramp
+from fsm.model.nodes.arrays import FORCE, STIFFNESS, Q
 from fsm.model.nodes.beams.bars import BarMaterial, BarMesh
 from fsm.model.nodes.cable import CableGroup
 from fsm.model.nodes.films.film import FilmMaterial
-from fsm.model.nodes.group import MassPart
+from fsm.model.nodes.group import ElementGroup
 from fsm.model.nodes.loading import Forcing, Loading, SupportMotion, point_force
 from fsm.model.nodes.mesh import Mesh, node_pattern
 from fsm.model.nodes.system.build import CableMaterial, MeshBuilder
@@ -55,40 +58,50 @@ def cable_cantilever(elements: int, engineering: bool = True, load: float = 3.0,
     return np.asarray(q[[tip, tip + 2]] - mesh.coordinates[[tip, tip + 2]])
 
 
-class EndMoment:
-    """A couple M about y at the slope of a tip: follower forces M (y x r')/|r'|^2 on this slope."""
+@kernel
+def _force(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    first, moment = integers_2d(own, 0)[0, 0], floats_1d(own, 1)[0]
+    a, force = floats_1d(table, Q)[first : first + 3], floats_1d(table, FORCE)
+    square = a[0] ** 2 + a[1] ** 2 + a[2] ** 2
+    force[first] -= moment * a[2] / square
+    force[first + 2] += moment * a[0] / square
+    return 0.0
+
+
+@kernel
+def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    _force(table, own, moving)
+    first, moment, slot = integers_2d(own, 0)[0, 0], floats_1d(own, 1)[0], integers_2d(own, 2)[0, 0]
+    a, stiffness = floats_1d(table, Q)[first : first + 3], floats_3d(table, STIFFNESS)
+    square, turned = a[0] ** 2 + a[1] ** 2 + a[2] ** 2, (-a[2], 0.0, a[0])
+    flat, size = stiffness.reshape(-1), stiffness.shape[1]
+    for i in range(3):
+        for j in range(3):
+            flat[slot + i * size + j] += 2.0 * moment * turned[i] * a[j] / square**2
+    flat[slot + 2] += moment / square
+    flat[slot + 2 * size] -= moment / square
+    return 0.0
+
+
+@kernel
+def _nothing(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    """Stored energy and dissipated power: a couple that follows has none."""
+    return 0.0
+
+
+class EndMoment(ElementGroup):
+    """A couple M about y at the slope of a tip: follower forces M (r' x y)/|r'|^2 on this slope."""
 
     name = "moment"
-    rate_dependent = False
+    kernels = (_force, _tangent, _nothing, _nothing)
 
     def __init__(self, slope: int, moment: float) -> None:
         self.vectors = np.array([[slope]])
-        self.moment = moment
+        self.moment = np.array([moment])
 
-    def mass(self) -> MassPart:
-        return MassPart(np.zeros((0, 1), dtype=np.int64), np.zeros((0, 1, 1)), np.eye(3))
-
-    def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
-        first = self.vectors[0, 0]
-        a = q[first : first + 3]
-        force[first : first + 3] += self.moment * np.cross([0.0, -1.0, 0.0], a) / (a @ a)
-
-    def add_linearised(
-        self, q: np.ndarray, u: np.ndarray | None, slots: np.ndarray, force: np.ndarray, stiffness: np.ndarray,
-        damping: np.ndarray,
-    ) -> None:  # fmt: skip
-        self.add_force(q, u, force)
-        first = self.vectors[0, 0]
-        a = q[first : first + 3]
-        cross = np.array([[0.0, 0.0, -1.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
-        turn = self.moment * (cross / (a @ a) - 2 * np.outer(cross @ a, a) / (a @ a) ** 2)
-        flat, size = stiffness.reshape(-1), stiffness.shape[1]
-        for i in range(3):
-            for j in range(3):
-                flat[slots[0, 0, 0] + i * size + j] -= turn[i, j]
-
-    def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
-        return 0.0, 0.0
+    @property
+    def table(self) -> list[np.ndarray]:
+        return [self.vectors, self.moment]
 
 
 def rolled_up(elements: int = 16, steps: int = 24) -> np.ndarray:
@@ -98,7 +111,7 @@ def rolled_up(elements: int = 16, steps: int = 24) -> np.ndarray:
     q = mesh.coordinates
     for step in range(1, steps + 1):
         moment = EndMoment(tip + 3, whole * step / steps)
-        system = AncfSystem(replace(mesh, groups=(*mesh.groups, moment)))  # type: ignore[arg-type]
+        system = AncfSystem(replace(mesh, groups=(*mesh.groups, moment)))
         if step > 1:  # all nodes are bent a little more, towards a circle
             angle = 2 * math.pi * step / steps * np.linspace(0, 1, elements + 1)
             radius = LENGTH * steps / (2 * math.pi * step)
