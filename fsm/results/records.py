@@ -11,7 +11,7 @@ import numpy as np
 from fsm.errors import FsmError, NotConverged
 from fsm.io.hdf5_checked import is_finite
 from fsm.results.film import Floats, ProbeSamples
-from fsm.results.solution import PAIRS, Layout, Record, Solution, stack
+from fsm.results.solution import MAY_BE_INFINITE, Layout, Record, Solution, stack
 from fsm.results.store import VARIABLES
 
 
@@ -75,7 +75,7 @@ class Records:
             found = Solution.from_rows(self._rows[0], self.layout)
             if self._sample_rows:
                 found.samples = _joined(self._sample_rows)
-        for name in ("time", *(name for name in VARIABLES if name not in PAIRS)):
+        for name in ("time", *(name for name in VARIABLES if name not in MAY_BE_INFINITE)):
             if not is_finite(self._rows[0][name]):
                 raise NotConverged(f"a record contains values of {name} that are not finite; reduce solve.max_step")
         return found

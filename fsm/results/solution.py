@@ -61,6 +61,8 @@ PAIRS: dict[str, tuple[str, str]] = {
 """Quantities of every contact pair in a record: unit and description. Without contact, all quantities except gap and
 energies are 0."""
 
+MAY_BE_INFINITE = (*PAIRS, "memory")
+"""Records with numbers that may be not finite: gaps of pairs far apart, and times of latches that are still open."""
 FLOATS = ("time", "q", "u", "travel", "force", *PAIRS, "shape", "program_time", "memory")
 """Fields of a record that are numbers or arrays of numbers."""
 INTEGERS = ("negative_pivots", "step")

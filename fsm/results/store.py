@@ -54,7 +54,7 @@ from fsm.results.attributes import read_attributes
 from fsm.results.channel import Channel, ChannelInfo, Dim
 from fsm.results.datasets import read_curve, read_film, read_parts, read_samples
 from fsm.results.interrupted_file import is_marked_open, without_open_marks
-from fsm.results.solution import ENERGIES, PAIRS, Layout, Solution
+from fsm.results.solution import ENERGIES, MAY_BE_INFINITE, PAIRS, Layout, Solution
 from fsm.results.step_data import read_load_path, read_step_modes
 from fsm.results.summary_check import check_summary
 
@@ -159,7 +159,7 @@ def _read_rows(file: Any, name: str, n: int) -> Any:
             raise KeyError(f"/{path} is missing")
         return np.full((n, *tail), np.nan)
     sizes = tuple(file[dim].shape[0] for dim in dims)
-    return numbers_in(file, path, (None, *sizes), name not in PAIRS, n) if n else np.zeros((0, *sizes))
+    return numbers_in(file, path, (None, *sizes), name not in MAY_BE_INFINITE, n) if n else np.zeros((0, *sizes))
 
 
 def _read_channels(file: Any, n: int) -> dict[str, Channel]:
