@@ -69,8 +69,9 @@ def sensitivity(
 ) -> None:
     """Differentiate a response with respect to numbers of a case.
 
-    The peak force of strips, lattices and rigid sheets in quasi-static equilibrium has exact derivatives, for little more
-    than the cost of a run. Others are differences of complete runs, four for each number, with their error.
+    The peak force in quasi-static equilibrium (strips, sheets, films, beams) has exact derivatives, and so have the latch
+    time and extremes of channels of wings and other mechanisms. A gradient costs one to four more runs. Others are
+    differences of complete runs, four for each number, with their error.
     """
     from fsm.case.loading.toml_file import read_toml
 
