@@ -159,7 +159,7 @@ def test_selectors_and_their_order() -> None:
         .edge.m { stroke: red } g.valleys > line, #u { stroke: #00f } svg g line.w { stroke: yellow }
         line[data-kind="cut"] { stroke: lime !important } line + line.after { stroke: magenta }
         .x { stroke: blue } .x { stroke: red } line { stroke: grey }
-        g:nth-child(7) line { stroke: red }
+        g:current(7) line { stroke: red } g:nth-child(9) line { stroke: red }
     ]]></style>"""
     at = 'x1="10" x2="110"'
     parts = [
@@ -176,7 +176,7 @@ def test_selectors_and_their_order() -> None:
     assert Counter(found) == {"M": 3, "V": 2, "J": 1, "C": 1, "U": 1, "F": 2}
     assert pattern.notes[:2] == (
         "1 line is ignored, because the colour is not one of a crease pattern: 1 in #808080",
-        'style rules that are not read: "g:nth-child(7) line"',
+        'style rules that are not read: "g:current(7) line"',
     )
 
 
