@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 
-from scipy.integrate import quad
-from scipy.optimize import brentq
-
 from fsm.case.models.joint_action import LEAST_REBOUND
 
 
 def rebound(restitution: float) -> float:
     """Solution b of (1 + e) b = log((1 + b)/(1 - e b)), at most about 1/`LEAST_REBOUND`; 0 for e = 1."""
+    from scipy.optimize import brentq  # most scenes have no stops, and the import takes longer than a small scene
+
     e = max(restitution, LEAST_REBOUND)
     if e == 1.0:
         return 0.0
@@ -31,6 +30,8 @@ def loss_of_rebound(restitution: float) -> float:
     With w = p'/v, the work of the spring part is m v^2 times the integral of w/(1 + b w) from -e to w = 1: no longer zero,
     it is -F times the integral of 1/(1 + b w) over the way in and out.
     """
+    from scipy.integrate import quad
+
     e, b = restitution, rebound(restitution)
     if b == 0.0:
         return 0.0

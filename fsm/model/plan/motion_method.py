@@ -13,7 +13,6 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.linalg import solve
 
 from fsm.case.models.coupling import OWN_COUPLINGS
 from fsm.case.models.joint import SceneJoint
@@ -93,7 +92,7 @@ class MotionMethod:
         """Rows (m, n) without their parts along locked directions; the latter may repeat each other."""
         locked = self.start.scaled
         products = locked @ locked.T + REPEATS * np.eye(len(locked))
-        return np.asarray(rows - solve(products, locked @ rows.T, assume_a="pos").T @ locked)
+        return np.asarray(rows - np.linalg.solve(products, locked @ rows.T).T @ locked)
 
     def at_joint(self, joint: SceneJoint) -> tuple[float, float]:
         """Inertia (kg or kg m^2) that moves with the coordinate of a joint, infinite if it cannot move, and the largest

@@ -173,13 +173,13 @@ class _Follower(PathSteps):
         self._go_on_slowly()
 
     def _passed_limit(self) -> bool:
-        """Whether loads passed a limit point before the end of a motion: then no slower load follows equilibria.
+        """Whether loads or drives passed a limit point before the end of a motion: then no slower ones follow equilibria.
 
-        The path of equilibria begins at the last `anchor`, because dampers let the states lag behind it. With drives, or
-        with friction, which such a path does not include, the result is false.
+        The path of equilibria begins at the last `anchor`, because dampers let the states lag behind it. With friction,
+        which such a path does not include, the result is false.
         """
         system, recorder, (t, q, memory) = self.system, self.recorder, self.anchor
-        if len(recorder.last.drive.travel) or system.sticking_damping(t, q) is not None:
+        if system.sticking_damping(t, q) is not None:
             return False
         present = system.memory()
         system.restore(memory)
