@@ -30,7 +30,7 @@ from fsm.kernels.minimum_degree import few_by_minimum_degree
 from fsm.kernels.pointers import AbsentPointer, pointers, pointers_to
 from fsm.kernels.programs import table_of
 from fsm.model.bodies.array_kernels import KERNELS
-from fsm.model.bodies.arrays import Arrays, Loads, Segments, SpringKernels, Springs
+from fsm.model.bodies.arrays import GAS, Arrays, Loads, Segments, SpringKernels, Springs
 from fsm.model.bodies.loads import GravityGroup, LoadGroup
 from fsm.model.bodies.pattern import BodyPattern
 from fsm.model.contact.contacts import ContactGroup
@@ -163,7 +163,7 @@ def _arrays(
         bodies.free, bodies.inertia[bodies.free].ravel(), bodies.inertia, weight, poses, rates, force, stiffness, damping,
         matrix, factors, turned, system.scales().force_scale, pair_energy, poses.copy(), kept, kept.copy(),
         q[: system.n_free * bodies.pose.shape[1]].copy(), _interval(system, pattern),
-        pattern.dof, np.zeros(4), of_pattern, springs, loads,
+        pattern.dof, np.zeros(GAS + 1), of_pattern, springs, loads,
         system.driven_arrays(),
     )  # fmt: skip
     rest = arrays._replace(
@@ -186,7 +186,7 @@ def _pace(system: SegmentForces) -> float:
 
 
 def _addresses(elements: list[ElementArrays]) -> tuple[np.ndarray, np.ndarray]:
-    """Addresses (m, 10) of the kernels of all groups of elements, and their tables (m, n, 4)."""
+    """Addresses (m, 12) of the kernels of all groups of elements, and their tables (m, n, 4)."""
     kernels = np.zeros((len(elements), len(ElementKernels._fields)), dtype=np.int64)
     tables = np.zeros((len(elements), max((len(one.arrays) for one in elements), default=0), 4), dtype=np.int64)
     for row, own, one in zip(kernels, tables, elements, strict=True):
