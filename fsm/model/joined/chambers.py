@@ -580,7 +580,7 @@ class Chambers(ElementGroup):
     @property
     def low_rank(self) -> LowRank:
         """See `ElementGroup`."""
-        return LowRank(self._low_rank.vectors.copy(), self._low_rank.weights.copy())
+        return self._low_rank
 
     def energies(self, t: float, nodes: np.ndarray) -> np.ndarray:
         """Energies of all gases (k,), J; see `gas_energies`."""

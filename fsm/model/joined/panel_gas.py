@@ -236,7 +236,7 @@ class PanelGas(ElementGroup):
     @property
     def low_rank(self) -> LowRank:
         """Stiffness that joins all bodies at the last tangent, with vectors (k, n_bodies, 6), flat."""
-        return LowRank(self._vectors.copy(), self.chambers.low_rank.weights)
+        return LowRank(self._vectors, self.chambers.low_rank.weights)
 
     def nodes(self, poses: np.ndarray) -> np.ndarray:
         """Positions of all corners, flat (3 n,), m."""
@@ -305,12 +305,12 @@ class PanelGasSystem(SegmentSystem):
         efforts: np.ndarray | None = None,
     ) -> Linearised:
         linear = super()._assembled(t, q, u, before, pattern, sums, by_rates, efforts)
-        low_rank = self.gas.low_rank
-        if low_rank is None:
-            return linear
-        vectors = self._of_bodies(low_rank, self.bodies.free).reshape(-1, self.nu)
-        matrix = BlockMatrix(pattern, linear.stiffness.data, LowRank(np.ascontiguousarray(vectors), low_rank.weights))
-        return Linearised(linear.force, matrix, linear.damping)
+        return Linearised(linear.force, BlockMatrix(pattern, linear.stiffness.data, self.low_rank), linear.damping)
+
+    @property
+    def _stiffness_of_gas(self) -> tuple[LowRank, np.ndarray]:
+        """See `SegmentForces`."""
+        return self.gas.low_rank, (self.size * self.bodies.free[:, None] + np.arange(self.size)).ravel()
 
     def _of_bodies(self, low_rank: LowRank, bodies: np.ndarray | slice) -> np.ndarray:
         """Vectors (k, n, 6) of some bodies."""
@@ -319,7 +319,7 @@ class PanelGasSystem(SegmentSystem):
     def force_rate(self, t: float, q: np.ndarray) -> np.ndarray:
         """See `System`: driven panels also compress the gas."""
         found, low_rank = super().force_rate(t, q), self.gas.low_rank
-        if low_rank is None or not len(self.driven):
+        if not len(self.driven):
             return found
         speeds = self._body_rates(np.zeros(self.nu), t)[self.driven]
         grown = np.einsum("kni,ni->k", self._of_bodies(low_rank, self.driven), speeds)
@@ -336,8 +336,6 @@ class PanelGasSystem(SegmentSystem):
             return found
         self._with_driven(t, poses, rates, (self.gas,))
         low_rank = self.gas.low_rank
-        if low_rank is None:
-            return found
         along = np.zeros((len(self.motions), *rates.shape))
         for row, motion in zip(along, self.motions, strict=True):
             row[motion.bodies, : len(motion.direction)] = motion.direction

@@ -88,6 +88,7 @@ class JoinedSystem(JoinedConfiguration):
         super().__init__(bodies, motions, groups, contacts, pair_names, elements, frames, lines)
         self.faces, self.pressures = faces, tuple(pressure_of(load, faces) for load in pressures if faces is not None)
         self.chambers = chambers
+        self.remembers = self.remembers or chambers is not None
         self._pressing: tuple[ElementGroup, ...] = (*self.pressures, *([] if chambers is None else [chambers]))
         self._array_near = self._near
         self._joined: JoinedPattern | None = None
@@ -286,18 +287,21 @@ class JoinedSystem(JoinedConfiguration):
         own[:] = self.elements.free_forces(nodes, own)
         set_held(self._fixed, joined.pattern.indptr, joined.pattern.indices, self.elements.held_stiffness, stiffness)
         set_held(self._fixed, joined.pattern.indptr, joined.pattern.indices, 0.0, damping)
-        tangent = BlockMatrix(joined.pattern, stiffness, self._low_rank)
+        tangent = BlockMatrix(joined.pattern, stiffness, self.low_rank)
         return Linearised(force, tangent, BlockMatrix(joined.pattern, damping))
 
     @property
-    def _low_rank(self) -> LowRank | None:
-        """Stiffness of low rank of the gas at the last tangent, by all coordinates."""
+    def energies_of_pressing(self) -> tuple[str, ...]:
+        """See `JoinedConfiguration`."""
+        return () if self.chambers is None else (self.chambers.name,)
+
+    @property
+    def _stiffness_of_gas(self) -> tuple[LowRank, np.ndarray] | None:
+        """See `SegmentForces`."""
         if self.chambers is None:
             return None
-        found = self.chambers.low_rank
-        vectors = np.zeros((len(found.vectors), self.nu))
-        vectors[:, self._nu :] = np.where(self.elements.fixed, 0.0, found.vectors)
-        return LowRank(vectors, found.weights)
+        nodes = np.where(self.elements.fixed, -1, np.arange(self.elements.nu))
+        return self.chambers.low_rank, np.concatenate([np.full(self._nu, -1), nodes])
 
     def _place_nodes(
         self, t: float, nodes: np.ndarray, rates: np.ndarray | None, before: PreviousState | None = None
@@ -463,12 +467,11 @@ class JoinedSystem(JoinedConfiguration):
         joined = self._pattern_of(pattern)
         members = self._first, self._rows, self._members(np.zeros((len(self.frames.vectors), 6, 3)))
         matrix, known = JoinedMatrix(pattern, joined, self._slots), ready(joined.pattern)
-        return joined_of(self, matrix, self._fixed, members, near, *known, contacts, statics)
+        return joined_of(self, matrix, self._fixed, members, near, *known, contacts, statics, self._pressing)
 
     def _static_arrays_of(self, ready: Ready) -> StaticSegments | None:
-        """See `SegmentSystem`; membrane efforts of flexible facets, pressures and gas have no arrays in statics."""
-        facets = any(isinstance(group, FacetGroup) for group in self.elements.mesh.groups)
-        if facets or self.pressures or self.chambers is not None:
+        """See `SegmentSystem`; membrane efforts of flexible facets have no arrays in statics."""
+        if any(isinstance(group, FacetGroup) for group in self.elements.mesh.groups):
             return None
         from fsm.model.joined.static_arrays import JoinedStatics  # imports the kernels of all steps
 
