@@ -42,10 +42,10 @@ from fsm.model.joined.gas import (
     gases_of,
     set_state,
 )
-from fsm.model.nodes.arrays import FORCE, LAST, MEAN_OVER, NOW, NUMBERS, STIFFNESS, Q, U
+from fsm.model.nodes.arrays import FORCE, LAST, MEAN_OVER, NOW, NUMBERS, STIFFNESS, Q
 from fsm.model.nodes.facets.fold_angle import fold_angle, fold_gradient
 from fsm.model.nodes.facets.folds import FoldGroup
-from fsm.model.nodes.facets.pressure import PressedFaces, add_triangle_force, add_triangle_stiffness
+from fsm.model.nodes.facets.pressure import PressedFaces, add_triangle_force, add_triangle_stiffness, mean_rates
 from fsm.model.nodes.group import ElementGroup
 
 
@@ -470,7 +470,7 @@ def _lost(table: np.ndarray, own: np.ndarray, moving: float) -> float:
 
 @kernel
 def _put_in(table: np.ndarray, own: np.ndarray, step: float) -> float:
-    numbers, u = floats_1d(table, NUMBERS), floats_1d(table, U)
+    numbers, u = floats_1d(table, NUMBERS), mean_rates(table)
     if step < 0.0:
         return gas_put_in(own, table[LAST:], numbers[NOW], -numbers[MEAN_OVER], u)
     return gas_put_in(own, table[Q:], numbers[NOW], step if step > 0.0 else numbers[MEAN_OVER], u)

@@ -21,7 +21,7 @@ from fsm.kernels.addresses import address_table, floats_1d, floats_3d, integers_
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import pieces_at, program_at
 from fsm.kernels.programs import Pieces, Program, table_of
-from fsm.model.nodes.arrays import FORCE, LAST, NOW, NUMBERS, STIFFNESS, Q, U
+from fsm.model.nodes.arrays import FORCE, LAST, MEAN_OVER, NOW, NUMBERS, STIFFNESS, Q, U
 from fsm.model.nodes.facets.facet_shape import cubic_shapes
 from fsm.model.nodes.group import ElementGroup
 
@@ -202,12 +202,23 @@ def _nothing(table: np.ndarray, own: np.ndarray, moving: float) -> float:
 
 
 @kernel
+def mean_rates(table: np.ndarray) -> np.ndarray:
+    """Rates (n,) of the coordinates: means over a quasi-static step, else the present ones."""
+    q, last, over = floats_1d(table, Q), floats_1d(table, LAST), floats_1d(table, NUMBERS)[MEAN_OVER]
+    if over == 0.0:
+        return floats_1d(table, U)
+    out = np.empty(q.shape[0])
+    for i in range(out.shape[0]):
+        out[i] = (q[i] - last[i]) / over
+    return out
+
+
+@kernel
 def _put_in(table: np.ndarray, own: np.ndarray, step: float) -> float:
     """Power at the present state, or, for a negative step, at the state before the present one."""
-    q, u = floats_1d(table, LAST if step < 0.0 else Q), floats_1d(table, U)
-    force = np.zeros(u.shape[0])
-    _add_force(own, q, _pressure(table, own), force)
-    return float(force @ u)
+    force = np.zeros(floats_1d(table, Q).shape[0])
+    _add_force(own, floats_1d(table, LAST if step < 0.0 else Q), _pressure(table, own), force)
+    return float(force @ mean_rates(table))
 
 
 class PressureGroup(ElementGroup):
