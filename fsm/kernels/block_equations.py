@@ -57,7 +57,7 @@ _ADDRESS, OF_RIGHT, OF_MATRIX, OF_FACTORS = range(4)
 OF_PATTERN = 4
 OF_FLAGS = OF_PATTERN + len(Pattern._fields)
 OF_NUMBERS, OF_WEIGHTS = OF_FLAGS + 1, OF_FLAGS + 2
-LOW_RANK_ROWS = OF_FLAGS + 15
+LOW_RANK_ROWS = OF_FLAGS + 16
 """Rows of the table of a part of low rank: address of its kernel, arrays of the model, two numbers, W, and further rows of
 `fsm.kernels.low_rank`. The numbers are 1 if the last factorised matrix has this part, else 0, and the factor on a kept
 tangent."""

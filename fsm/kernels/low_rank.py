@@ -50,11 +50,11 @@ from fsm.kernels.pointers import address_of, call_at
 from fsm.kernels.small_blocks import negative_eigenvalues
 
 _VECTORS, _COLUMNS, _PLACES, _SHIFTS, _KEPT, _TERMS = range(OF_WEIGHTS + 1, OF_WEIGHTS + 7)
-_BY_TERMS, _SOLVED, _INNER, _CORRECTION, _TRIAL, _ACCURATE = range(OF_WEIGHTS + 7, LOW_RANK_ROWS)
+_BY_TERMS, _SOLVED, _INNER, _CORRECTION, _TRIAL, _ACCURATE, _NEXT = range(OF_WEIGHTS + 7, LOW_RANK_ROWS)
 """Rows of the table after W (r, r): V (r, m), and its column for each coordinate (n,) or -1; component e, stiffness s and
 original entry of the matrix of each vector; V with all vectors e (2 r, n), their W, A^-1 V^T, V A^-1 V^T and
 (1 + W V A^-1 V^T)^-1 W; trial vector of entries 1 and -1, and largest error of its solution with which signs of pivots are
-certain."""
+certain; components e of the next factorisation, -1 for unknown ones."""
 _REFINE_ABOVE = 1e-13
 """Residual relative to the right side from which a solution is refined."""
 _SOFT = 1e6
@@ -80,9 +80,9 @@ class LowRankEquations:
         rank, size = len(weights), len(columns)
         both, nowhere = 2 * rank, np.zeros((1, ROW), dtype=np.int64)
         self._arrays = [
-            weights, vectors, columns, np.full(rank, -1, dtype=np.int64), np.zeros(rank), np.zeros(rank),
+            weights, vectors, columns, np.zeros(rank, dtype=np.int64), np.zeros(rank), np.zeros(rank),
             np.zeros((both, size)), np.zeros((both, both)), np.zeros((both, size)), np.zeros((both, both)),
-            np.zeros((both, both)), trial, np.array([accurate]),
+            np.zeros((both, both)), trial, np.array([accurate]), np.full(rank, -1, dtype=np.int64),
         ]  # fmt: skip
         self._address = np.array([address_of(_work, nowhere, nowhere, 0.0)])
         self.table = np.zeros((LOW_RANK_ROWS, ROW), dtype=np.int64)
@@ -90,13 +90,15 @@ class LowRankEquations:
         self.table[[0, OF_NUMBERS]], self.table[OF_WEIGHTS:] = address_table(own), address_table(self._arrays)
         weakref.finalize(self.table, _forget, [*own, *self._arrays]).atexit = False  # models keep the table alone
         self.flags = np.zeros(3, dtype=np.int64)
+        self._pattern: Pattern | None = None
         self._used: list[np.ndarray] = []
 
     def use(self, p: Pattern, low_rank: LowRank, matrix: np.ndarray, factors: np.ndarray) -> None:
         """Set the arrays for tasks from Python; V has a column for each coordinate."""
-        self._used = [matrix, factors, *p, self.flags, low_rank.vectors, low_rank.weights]
-        rows = address_table(self._used)
-        self.table[OF_MATRIX : OF_FLAGS + 1], self.table[[_VECTORS, OF_WEIGHTS]] = rows[:-2], rows[-2:]
+        if p is not self._pattern:
+            self._pattern, self.table[OF_PATTERN : OF_FLAGS + 1] = p, address_table([*p, self.flags])
+        self._used = [matrix, factors, low_rank.vectors, low_rank.weights]
+        self.table[[OF_MATRIX, OF_FACTORS, _VECTORS, OF_WEIGHTS]] = address_table(self._used)
 
     def do(self, task: float, right: np.ndarray) -> float:
         """Do a task; `right` (n,) is the right side."""
@@ -159,7 +161,7 @@ def _set_terms(own: np.ndarray) -> None:
     """Write V, the vectors e, and their W."""
     vectors, columns, weights = floats_2d(own, _VECTORS), integers_1d(own, _COLUMNS), floats_2d(own, OF_WEIGHTS)
     terms, by_terms, places, shifts = _terms_of(own)
-    rank = weights.shape[0]
+    rank, following = weights.shape[0], integers_1d(own, _NEXT)
     terms[rank:], by_terms[:] = 0.0, 0.0
     for k in range(rank):
         largest = 0.0
@@ -168,8 +170,7 @@ def _set_terms(own: np.ndarray) -> None:
             largest = max(largest, abs(terms[k, i]))
         for j in range(rank):
             by_terms[k, j] = weights[k, j]
-        if places[k] < 0:
-            places[k] = _largest(terms[k])
+        places[k] = following[k] if following[k] >= 0 else _largest(terms[k])
         shifts[k] = abs(weights[k, k]) * largest * largest
         if shifts[k] > 0.0:
             terms[rank + k, places[k]], by_terms[rank + k, rank + k] = 1.0, -shifts[k]
@@ -268,10 +269,10 @@ def _attempt(own: np.ndarray) -> bool:
 
 @kernel
 def _set_places(own: np.ndarray) -> None:
-    """Choose the largest components of A^-1 V^T."""
-    places, solved = integers_1d(own, _PLACES), floats_2d(own, _SOLVED)
-    for k in range(places.shape[0]):
-        places[k] = _largest(solved[k])
+    """Choose the largest components of A^-1 V^T for the next factorisation."""
+    following, solved = integers_1d(own, _NEXT), floats_2d(own, _SOLVED)
+    for k in range(following.shape[0]):
+        following[k] = _largest(solved[k])
 
 
 @kernel

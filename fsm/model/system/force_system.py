@@ -181,15 +181,17 @@ class SegmentForces(Configuration):
     def force_rate(self, t: float, q: np.ndarray) -> np.ndarray:
         """See `System`; the result is the product of the columns of K of driven bodies and their speed."""
         poses, rates = self.place(t, q, None)
-        pattern, stiffness, _ = self._with_driven(t, poses, rates, self.groups)
-        speeds = np.zeros((pattern.order, self.size))
-        moving = self._body_rates(np.zeros(self.n_free * self.size), t)
-        speeds[pattern.dof[self.driven]] = moving[self.driven]
-        change = self._folded(q, -BlockMatrix(pattern, stiffness).times(speeds.ravel()))
         direct = np.zeros_like(rates)
         for group in self.groups:
             group.add_force_rate(t, poses, direct)
-        return np.asarray(change + self._folded(q, direct[self._ordered].ravel()))
+        change = self._folded(q, direct[self._ordered].ravel())
+        if len(self.driven):
+            pattern, stiffness, _ = self._with_driven(t, poses, rates, self.groups)
+            speeds = np.zeros((pattern.order, self.size))
+            moving = self._body_rates(np.zeros(self.n_free * self.size), t)
+            speeds[pattern.dof[self.driven]] = moving[self.driven]
+            change = self._folded(q, -BlockMatrix(pattern, stiffness).times(speeds.ravel())) + change
+        return np.asarray(change)
 
     def _with_driven(
         self,

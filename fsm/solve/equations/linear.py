@@ -16,7 +16,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from fsm.errors import FsmError, NotConverged
-from fsm.kernels.block_equations import FACTORISE, FAILED, NEGATIVE, SOLVE, UNKNOWN, Pattern, pattern_arrays
+from fsm.kernels.block_equations import FACTORISE, FAILED, NEGATIVE, SOLVE, SYMMETRIC, UNKNOWN, Pattern, pattern_arrays
 from fsm.kernels.block_lu import (
     MAX_ERROR,
     REFINE_ABOVE,
@@ -208,7 +208,11 @@ class LinearSolver:
     @property
     def symmetric(self) -> bool:
         """Whether the last matrix was symmetric."""
-        return self._symmetric and self._low_rank is None and self._compiled is None
+        if self._compiled is None or self._matrix is None or self._matrix.low_rank is None:
+            return self._symmetric and self._low_rank is None
+        weights = self._matrix.low_rank.weights
+        apart = np.abs(weights - weights.T).max(initial=0.0)
+        return bool(self._compiled.flags[SYMMETRIC] and apart <= SYMMETRY_TOLERANCE * np.abs(weights).max(initial=0.0))
 
     def ready(self, pattern: BlockPattern, dtype: np.dtype = _REAL) -> tuple[Elimination, np.ndarray]:
         """Elimination of a pattern, and the block data (n_filled, size, size) for its factors."""
