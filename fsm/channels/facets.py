@@ -11,8 +11,9 @@ from fsm.case.models.facet_mesh import MeshPoint
 from fsm.case.models.loads import Load
 from fsm.case.plan.step_items import loads_of
 from fsm.channels.offer import Model, Offer, State, offers
-from fsm.model.joined.pressure import Pressure
+from fsm.model.joined.pressure import pressure_of
 from fsm.model.joined.system import JoinedSystem
+from fsm.model.nodes.facets.pressure import PressureGroup
 from fsm.results.channel import AXES
 
 
@@ -32,21 +33,21 @@ def pressures(model: Model) -> Iterator[Offer]:
         return
     for _, load in loads_of(model.case):
         if load.pressure is not None:
-            whole = Pressure.of(load, system.faces)
+            whole = pressure_of(load, system.faces)
             yield Offer(f"load.{load.called}.pressure", "Pa", "pressure, positive along the normals", _pressure(load))
             text = "volume that the loaded facets have swept along their normals since the start"
             yield Offer(f"load.{load.called}.volume", "m^3", text, _volume(whole))
 
 
 def _pressure(load: Load) -> Callable[[State], float]:
-    return lambda state: sum(one.size(state.time) for one in state.system.pressures if one.name == load.called)
+    return lambda state: sum(one.size(state.time) for one in state.system.pressures if one.load == load.called)
 
 
-def _volume(pressure: Pressure) -> Callable[[State], float]:
+def _volume(pressure: PressureGroup) -> Callable[[State], float]:
     def at(state: State) -> float:
         elements = state.system.elements
         states = (q[len(q) - elements.nq :] for q in (state.system.initial()[0], state.q))
-        return pressure.faces.swept(*(elements.place(state.time, q, None)[0] for q in states))
+        return pressure.swept(*(elements.place(state.time, q, None)[0] for q in states))
 
     return at
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
+import numpy as np
+
 from fsm.channels.offer import Model, Offer, State, offers
 from fsm.model.joined.gas import GasState
 from fsm.model.joined.panel_gas import PanelGasSystem
@@ -36,9 +38,14 @@ def _gas(state: State) -> GasState:
     return found
 
 
+def _energies(state: State) -> np.ndarray:
+    system = state.system
+    return np.asarray(system.chambers.energies(state.time, system.chamber_nodes(state.time, state.q)))
+
+
 def _of_state(quantity: str, number: int) -> Callable[[State], float]:
     return lambda state: float(getattr(state.once(_gas), quantity)[number])
 
 
 def _energy(number: int) -> Callable[[State], float]:
-    return lambda state: float(state.system.chambers.gases.energies(state.once(_gas))[number])
+    return lambda state: float(state.once(_energies)[number])

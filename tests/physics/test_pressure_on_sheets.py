@@ -15,9 +15,10 @@ from fsm.builders.patterns.plates import rectangle_mesh
 from fsm.case.models.facet_mesh import facet_vectors
 from fsm.errors import CaseError
 from fsm.kernels.blocks import BlockMatrix
+from fsm.kernels.programs import CONSTANT
 from fsm.model.nodes.assembly import slots_of
 from fsm.model.nodes.facets.facet_group import FacetGroup
-from fsm.model.nodes.facets.pressure import PressedFaces
+from fsm.model.nodes.facets.pressure import PressedFaces, PressureGroup
 from fsm.model.nodes.films.film import FilmMaterial
 from fsm.model.nodes.mesh import node_pattern
 
@@ -56,14 +57,14 @@ def test_force_and_tangent_are_derivatives() -> None:
 
     def force(one: PressedFaces, q: np.ndarray) -> np.ndarray:
         out = np.zeros(45)
-        one.add_force(q, 2.0, out)
+        PressureGroup("gas", one, 2.0, CONSTANT).add_force(q, None, out)
         return out
 
     for one in faces:
         total = force(one, flat.ravel()).reshape(5, 3, 3)[:, 0].sum(axis=0)
         np.testing.assert_allclose(total, [0.0, 0.0, 2.0 * group.rows.area.sum()], atol=1e-12)
-        data = pattern.zeros()
-        one.add_stiffness(q, 2.0, slots_of(one.vectors, 9, pattern.indptr, pattern.indices), data)
+        data, slots = pattern.zeros(), slots_of(one.vectors, 9, pattern.indptr, pattern.indices)
+        PressureGroup("gas", one, 2.0, CONSTANT).add_linearised(q, None, slots, np.zeros(45), data, data)
         matrix = BlockMatrix(pattern, data).bsr().toarray()
         columns = np.array([-(force(one, q + d) - force(one, q - d)) / 2e-6 for d in 1e-6 * np.eye(45)]).T
         np.testing.assert_allclose(matrix, columns, rtol=0.0, atol=1e-8 * np.abs(matrix).max())
@@ -75,6 +76,7 @@ def test_swept_volume() -> None:
     """A sheet that moves along its normal sweeps its area times the displacement."""
     vectors = (9 * TRIANGLES[:, :, None] + np.array([0, 3, 6])).reshape(-1, 9)
     faces = PressedFaces(vectors, np.arange(4), POINTS[TRIANGLES], ANGLES[TRIANGLES]).of(np.array([1, 2]))
+    group = PressureGroup("gas", faces, 1.0, CONSTANT)
     start = np.zeros((5, 3, 3))
     start[:, 0, :2] = POINTS
     start[:, 1, 0], start[:, 1, 1] = np.cos(ANGLES), np.sin(ANGLES)
@@ -84,7 +86,7 @@ def test_swept_volume() -> None:
     corners = POINTS[TRIANGLES[1:3]]
     sides = corners[:, 1:] - corners[:, :1]
     area = 0.5 * np.linalg.det(sides).sum()
-    assert faces.swept(start.ravel(), end.ravel()) == pytest.approx(0.2 * area, rel=1e-12)
+    assert group.swept(start.ravel(), end.ravel()) == pytest.approx(0.2 * area, rel=1e-12)
 
 
 def test_clamped_square_plate(tmp_path: Path) -> None:
@@ -220,7 +222,7 @@ def test_cells_share_a_pressure_equally(shift: float) -> None:
     q = np.stack([mesh.positions, *mesh.slopes.swapaxes(0, 1)], axis=1).ravel()
     for one in (pressed, pressed.straight()):
         force = np.zeros_like(q)
-        one.add_force(q, 2.0, force)
+        PressureGroup("gas", one, 2.0, CONSTANT).add_force(q, None, force)
         normal = force.reshape(nx + 1, ny + 1, 3, 3)[:, :, 0, 2]
         assert normal.sum() == pytest.approx(2.0 * size.prod(), rel=1e-12)
         if not shift:

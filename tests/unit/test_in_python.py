@@ -35,6 +35,19 @@ def strip(method: str, **more: Any) -> Case:
     return Case.model_validate(STRIP | {"solve": {"method": method} | more.pop("solve", {})} | more)
 
 
+def tube(method: str, facets: str) -> Case:
+    """Tube of folded facets between two lids, with gas."""
+    sheet = {
+        "kind": "miura-tube", "columns": 2, "a": 0.04, "b": 0.06, "sector_angle": "70 deg", "fold_angle": "80 deg",
+        "facets": facets, "thickness": 2e-4, "support": [{"at": "edge left"}],
+    }  # fmt: skip
+    gas = {"closed_by": [{"cap": "edge left"}, {"cap": "edge right"}], "supply_pressure": 1e3}
+    return Case.model_validate({
+        "sheet": sheet, "material": STRIP["material"], "crease": {"law": "linear", "stiffness_per_length": 0.05},
+        "gas": [gas], "solve": {"method": method, "end_time": 1.0},
+    })  # fmt: skip
+
+
 CASES: dict[str, tuple[Case, str]] = {
     "static": (strip("static"), ""),
     "static with contact": (strip("static", contact=CONTACT), ""),
@@ -49,6 +62,10 @@ CASES: dict[str, tuple[Case, str]] = {
         strip("generalized-alpha", contact=CONTACT, friction=SLIDING | {"across": 0.5}, solve={"spatial": True}),
         "",
     ),
+    "gas in statics": (tube("static", "bars"), ""),
+    "gas in motion": (tube("generalized-alpha", "bars"), ""),
+    "gas of panels in statics": (tube("static", "rigid"), ""),
+    "gas of panels in motion": (tube("generalized-alpha", "rigid"), ""),
 }
 
 

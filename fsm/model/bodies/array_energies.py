@@ -7,6 +7,7 @@ import numpy as np
 from fsm.interactions.applied import applied_power
 from fsm.interactions.driven import driven_power, fill_reactions
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d
+from fsm.kernels.block_equations import NEGATIVE, do_low_rank, set_factors
 from fsm.kernels.block_lu import count_negative
 from fsm.kernels.body_poses import gather_free
 from fsm.kernels.jit import kernel
@@ -63,7 +64,7 @@ def present_energies(
     power, kinetic_driven = input_powers(model, t, record)
     power += of_elements[2]
     record[KINETIC], record[PANELS], record[CREASES] = kinetic, panels, creases
-    stored = panels + creases + height + contacts
+    stored = panels + creases + of_elements[at.GAS] + height + contacts
     return kinetic, stored, by_springs + lost, power, kinetic_driven
 
 
@@ -178,6 +179,9 @@ def _stable_at_rest(model: Segments, t: float) -> bool:
         for i in range(matrix.shape[1]):
             for j in range(matrix.shape[1]):
                 matrix[k, i, j] = 0.5 * (stiffness[k, i, j] + stiffness[mirrored, j, i])
+    if model.equations.low_rank.shape[0] > 0:
+        done = set_factors(model.equations, p, matrix, factors, model.flags, True)
+        return done and do_low_rank(model.equations.low_rank, NEGATIVE, p, matrix, factors, model.flags, matrix[0, 0]) == 0.0
     failed = model.equations.factorise(
         matrix, p.place, p.filled_rows, p.filled_columns, p.filled_diagonal, True, factors
     )

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.kernels.addresses import floats_1d, floats_3d
-from fsm.kernels.block_equations import FAILED, set_factors, solution
+from fsm.kernels.block_equations import FAILED, keep_low_rank, set_factors, solution, stiffness_times
 from fsm.kernels.block_lu import multiply_blocks
 from fsm.kernels.block_sum import effective_stiffness
 from fsm.kernels.body_poses import increment_blocks
@@ -25,10 +25,10 @@ from fsm.solve.stepping.vectors import copy_into, kept, scaled
 
 
 @kernel
-def _factors_of(model: Segments) -> bool:
+def _factors_of(model: Segments, whole: bool) -> bool:
     table = model.table
     return set_factors(
-        model.equations, pattern_of(table), floats_3d(table, at.MATRIX), floats_3d(table, at.FACTORS), model.flags
+        model.equations, pattern_of(table), floats_3d(table, at.MATRIX), floats_3d(table, at.FACTORS), model.flags, whole
     )
 
 
@@ -53,14 +53,14 @@ def _set_matrix(table: np.ndarray, by_rate: float, by_acceleration: float, x: np
 @kernel
 def _factorise(model: Segments, by_rate: float, by_acceleration: float, x: np.ndarray, maps: bool) -> bool:
     _set_matrix(model.table, by_rate, by_acceleration, x, maps)
-    return _factors_of(model)
+    return _factors_of(model, True)
 
 
 @kernel
 def _factorise_mass(model: Segments) -> bool:
     floats_3d(model.table, at.MATRIX)[:] = 0.0
     add_inertia(model.table, 1.0)
-    return _factors_of(model)
+    return _factors_of(model, False)
 
 
 @kernel
@@ -96,8 +96,8 @@ def _mass_times(model: Segments, vector: np.ndarray) -> np.ndarray:
 
 @kernel
 def _stiffness_times(model: Segments, vector: np.ndarray) -> np.ndarray:
-    p = pattern_of(model.table)
-    return multiply_blocks(p.rows, p.columns, floats_3d(model.table, at.STIFFNESS), vector)
+    stiffness, p = floats_3d(model.table, at.STIFFNESS), pattern_of(model.table)
+    return stiffness_times(model.equations, p, stiffness, model.flags, vector)
 
 
 @kernel
@@ -116,6 +116,7 @@ def _keep_tangent(model: Segments, by_stiffness: float, by_damping: float, first
     table = model.table
     kept(floats_3d(table, at.STIFFNESS), by_stiffness, first, floats_3d(table, at.KEPT_STIFFNESS))
     kept(floats_3d(table, at.DAMPING), by_damping, first, floats_3d(table, at.KEPT_DAMPING))
+    keep_low_rank(model.equations, by_stiffness, first)
     return True
 
 

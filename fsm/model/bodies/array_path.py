@@ -153,7 +153,7 @@ def write_record(model: Segments, t: float, per_second: float, moving: np.ndarra
             for p in range(sums.shape[1]):
                 record[path.KEPT_LOSS] += sums[path.PAIR_SLIDING, p]
     record[path.STORED] = (
-        record[path.PANELS] + record[path.CREASES] + record[path.GRAVITY] + record[path.CONTACT]
+        record[path.PANELS] + record[path.CREASES] + record[path.GAS] + record[path.GRAVITY] + record[path.CONTACT]
     )  # fmt: skip
 
 
@@ -183,7 +183,7 @@ def _add_joints(model: Segments, t: float, per_second: float, record: np.ndarray
     record[path.LOST] += lost
     record[path.LOADS] += of_elements[2]
     record[path.KEPT_LOSS] = of_elements[3]
-    record[path.PANELS], record[path.CREASES] = of_elements[0], of_elements[1]
+    record[path.PANELS], record[path.CREASES], record[path.GAS] = of_elements[0], of_elements[1], of_elements[at.GAS]
     for i in range(springs.shape[0]):
         record[path.PANELS] += s.in_panels[i] * springs[i]
         record[path.CREASES] += (1.0 - s.in_panels[i]) * springs[i]
@@ -284,7 +284,7 @@ def _negative_at_rest(model: Segments, trial: np.ndarray, accurate: float) -> fl
     sum_tangents(replaced(model, "table", table), t, 0.0, springs_of(table).last[:0], floats_1d(table, at.LAST_Q)[:0], False)
     return negative_of_symmetric(
         model.equations, pattern_of(table), floats_3d(table, at.STIFFNESS), floats_3d(table, at.MATRIX),
-        floats_3d(table, at.FACTORS), trial, accurate,
+        floats_3d(table, at.FACTORS), trial, accurate, model.flags,
     )  # fmt: skip
 
 

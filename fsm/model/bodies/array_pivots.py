@@ -4,10 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.kernels.block_equations import SYMMETRIC, TRUSTED, EquationKernels, Pattern
+from fsm.kernels.block_equations import (
+    NEGATIVE,
+    SYMMETRIC,
+    TRUSTED,
+    UNKNOWN,
+    EquationKernels,
+    Pattern,
+    do_low_rank,
+    has_low_rank,
+    set_factors,
+)
 from fsm.kernels.block_lu import count_negative, count_negative_parts, multiply_blocks
 from fsm.kernels.jit import kernel
-from fsm.solve.stepping.path_state import UNKNOWN
 
 
 @kernel
@@ -20,6 +29,8 @@ def negative_of_last(
     An unsymmetric matrix has no negative real pivot if the symmetric parts of all pivot blocks are definite, and these are
     definite if the symmetric part of the matrix is.
     """
+    if has_low_rank(equations):
+        return do_low_rank(equations.low_rank, NEGATIVE, p, matrix, factors, flags, trial)
     if flags[SYMMETRIC] == 0:
         return 0.0 if flags[TRUSTED] == 1 and count_negative_parts(p.filled_diagonal, factors) == 0 else UNKNOWN
     found = count_negative(p.filled_diagonal, factors)
@@ -31,7 +42,7 @@ def negative_of_last(
 @kernel
 def negative_of_symmetric(
     equations: EquationKernels, p: Pattern, blocks: np.ndarray, matrix: np.ndarray, factors: np.ndarray, trial: np.ndarray,
-    accurate: float,
+    accurate: float, flags: np.ndarray,
 ) -> float:  # fmt: skip
     """Number of negative pivots of the symmetric part of block data, or `UNKNOWN`; writes `matrix` and `factors`."""
     for k in range(matrix.shape[0]):
@@ -39,6 +50,10 @@ def negative_of_symmetric(
         for i in range(matrix.shape[1]):
             for j in range(matrix.shape[1]):
                 matrix[k, i, j] = 0.5 * (blocks[k, i, j] + blocks[mirrored, j, i])
+    if equations.low_rank.shape[0] > 0:
+        if not set_factors(equations, p, matrix, factors, flags, True):
+            return UNKNOWN
+        return do_low_rank(equations.low_rank, NEGATIVE, p, matrix, factors, flags, trial)
     failed = equations.factorise(matrix, p.place, p.filled_rows, p.filled_columns, p.filled_diagonal, True, factors)
     if failed >= 0 or not _signs_hold(equations, p, matrix, factors, trial, accurate):
         return UNKNOWN

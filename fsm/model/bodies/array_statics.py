@@ -79,7 +79,7 @@ def _factorise(model: Segments) -> bool:
     matrix, per_second = floats_3d(table, at.MATRIX), per_second_of(table)
     copy_into(floats_3d(table, at.STIFFNESS), matrix)
     add_damping(floats_3d(table, at.DAMPING), per_second, matrix)
-    return set_factors(model.equations, pattern_of(table), matrix, floats_3d(table, at.FACTORS), model.flags)
+    return set_factors(model.equations, pattern_of(table), matrix, floats_3d(table, at.FACTORS), model.flags, True)
 
 
 @kernel

@@ -91,9 +91,9 @@ class Arrays(NamedTuple):
         Inverse of the length of bodies with locked directions (1/m), whose moments count as reactions; zero without.
         One if locked directions form loops, else zero.
     dof : (n_bodies,) int array, see `BodyPattern`
-    stored : (4,) array, J and W
-        Energies of elements in panels and in creases, power that elements put into the system, and power that their
-        memory dissipates.
+    stored : (5,) array, J and W
+        Energies of elements in panels and in creases, power that elements put into the system, power that their
+        memory dissipates, and energy of gas.
     pattern, springs, loads, driven : arrays of each
     """
 
@@ -149,7 +149,7 @@ class Segments(NamedTuple):
     flags : (3,) int array, see `fsm.kernels.block_equations`
     groups : (k, 2) int array
         Tables of the contacts of each geometry; see `fsm.model.bodies.contact_arrays`.
-    elements : (m, 11) int array
+    elements : (m, 12) int array
         Addresses of the kernels of each group of elements (`fsm.model.elements.element_group.ElementKernels`).
     element_tables : (m, n, 4) int array
         Tables of the groups of elements.
@@ -175,8 +175,8 @@ FORCE_SCALE, PAIR_ENERGY, BEFORE, KEPT_STIFFNESS, KEPT_DAMPING, LAST_Q, INTERVAL
 FORCE_BY, TANGENT_BY, KEEP_BY, STORED_BY, LOST_BY, ACCEPT_BY, LOCK_BY, ADVANCE_BY, PROJECT_BY, PART_BY = range(10)
 TAKE_UP_BY = 10
 """Columns of `Segments.elements`."""
-LOOPS = 6
-"""Index of `Arrays.interval`."""
+LOOPS, GAS = 6, 4
+"""Indices of `Arrays.interval` and of `Arrays.stored`."""
 MEASURE, BEND, CLOSE, AT_RATES, AT_ACCELERATIONS, KEEP, SWAP, AT_GIVEN = range(8)
 STEP, AGAIN, WORK, LARGEST = 0.0, 1.0, 2.0, 3.0
 """Tasks of the kernels `project` and `advance` of elements with locked directions (`fsm.model.elements.joints`)."""

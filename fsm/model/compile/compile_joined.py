@@ -130,20 +130,22 @@ def _panels_with_gas(scene: Scene, panels: PanelSurface) -> SegmentSystem:
     for chamber, triangles, lids in zip(scene.chambers, panels.triangles, panels.lids, strict=True):
         faces = PressedFaces(3 * triangles, np.zeros(len(triangles), dtype=np.int64), none, planes)
         surfaces.append(Surface(chamber, faces, [replace(lid, nodes=3 * lid.nodes) for lid in lids]))
-    areas = []
-    for orifice in scene.orifices:
-        if orifice.crease is None:
-            areas.append(OrificeArea(orifice))
-            continue
-        start = next(element.initial_angle for element in scene.elements if element.name == orifice.crease)
-        laws = fold_laws_of(FoldData.linear(np.zeros(1), np.array([start]), np.array([start])))
-        fold = FoldGroup(3 * np.array([panels.folds[orifice.crease]]), BETWEEN_POINTS[None], laws)
-        areas.append(OrificeArea(orifice, fold, np.ones(1)))
+    creases = list(dict.fromkeys(orifice.crease for orifice in scene.orifices if orifice.crease is not None))
+    start = np.array([next(one.initial_angle for one in scene.elements if one.name == crease) for crease in creases])
+    corners = 3 * np.array([panels.folds[crease] for crease in creases], dtype=np.int64).reshape(-1, 4)
+    laws = fold_laws_of(FoldData.linear(np.zeros(len(creases)), start, start))
+    folds = FoldGroup(corners, np.broadcast_to(BETWEEN_POINTS, (len(creases), 3, 4)), laws)
+    areas = [
+        OrificeArea(orifice, folds, np.array([float(orifice.crease == crease) for crease in creases]))
+        if orifice.crease is not None
+        else OrificeArea(orifice)
+        for orifice in scene.orifices
+    ]
     gases = tuple(chamber.gas for chamber in scene.chambers)
-    chambers = Chambers(gases, tuple(surfaces), scene.orifices, tuple(areas), panels.start.ravel())
+    chambers = Chambers(gases, tuple(surfaces), tuple(areas), panels.start.ravel())
     bodies, motions, groups, contacts, names = compiler.parts()
     rows = np.array([compiler.index[name] for name in panels.bodies], dtype=np.int64)
-    gas = PanelGas(chambers, rows, np.ascontiguousarray(panels.points))
+    gas = PanelGas(chambers, rows, np.ascontiguousarray(panels.points), len(bodies.names))
     return compiler.switched(PanelGasSystem(bodies, motions, (*groups, gas), contacts, names))
 
 
@@ -256,7 +258,7 @@ class _Parts:
         )
         areas = tuple(self._area(scene, orifice) for orifice in scene.orifices)
         gases = tuple(chamber.gas for chamber in scene.chambers)
-        return Chambers(gases, surfaces, scene.orifices, areas, self.mesh.coordinates)
+        return Chambers(gases, surfaces, areas, self.mesh.coordinates)
 
     def _area(self, scene: Scene, orifice: Orifice) -> OrificeArea:
         """Area of an orifice, with the folds of its crease."""

@@ -21,7 +21,7 @@ from fsm.kernels.block_equations import Pattern
 from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import address_of, call_at, pointers
 from fsm.kernels.scatter import pair_slots
-from fsm.model.bodies.arrays import DAMPING, DOF, FORCE, PATTERN, POSES, RATES, STEP, STIFFNESS, STORED, SWAP
+from fsm.model.bodies.arrays import DAMPING, DOF, FORCE, GAS, PATTERN, POSES, RATES, STEP, STIFFNESS, STORED, SWAP
 from fsm.model.bodies.group import Group, PreviousPoses
 from fsm.model.bodies.pattern import BodyPattern
 
@@ -40,13 +40,14 @@ class ElementKernels(NamedTuple):
     """Kernels of a kind of elements, in the order of the columns of `fsm.model.bodies.arrays.Segments.elements`.
 
     `force` and `tangent` add to the arrays of the model. `keep` writes the deformations at the present poses to row `LAST`.
-    `stored` adds the energies in panels and in creases (J) to the first numbers of the row `STORED`. `lost` returns the
-    dissipated power (W). To the third number of this row it adds the power that an element puts into the system, and to the
-    fourth the part of the dissipated power whose forces also act at rest. `accept` changes the memory of the group at an
-    accepted state. `part` has the length of the step (s) in place of its inverse, and returns the factor by which a step
-    that passes an event is shortened, or 0 to accept it. `lock`, `advance` and `project` belong to elements with locked
-    directions, whose efforts are multipliers (`fsm.model.elements.joints`). `take_up` belongs to locked directions of
-    springs (`fsm.model.elements.spring_locks`).
+    `stored` adds the energies in panels and in creases (J) to the first numbers of the row `STORED`, and that of gas to the
+    number `GAS`. `lost` returns the dissipated power (W). To the third number of this row it adds the power that an element
+    puts into the system, and to the fourth the part of the dissipated power whose forces also act at rest. `accept` changes
+    the memory of the group at an accepted state. `part` has the length of the step (s) in place of its inverse, and returns
+    the factor by which a step that passes an event is shortened, or 0 to accept it. `lock`, `advance` and `project` belong
+    to elements with locked directions, whose efforts are multipliers (`fsm.model.elements.joints`). `take_up` belongs to
+    locked directions of springs (`fsm.model.elements.spring_locks`). `force_rate`, which only Python calls, adds
+    the explicit time derivative of the forces at rest.
     """
 
     force: Any
@@ -60,6 +61,7 @@ class ElementKernels(NamedTuple):
     project: Any = nothing
     part: Any = nothing
     take_up: Any = nothing
+    force_rate: Any = nothing
 
     def addresses(self) -> list[int]:
         """Addresses of all kernels."""
@@ -109,7 +111,7 @@ class _Alone:
     """A group alone as a model, for calls from Python."""
 
     def __init__(self, group: ElementGroup) -> None:
-        self.stored, self.last = np.zeros(4), np.zeros(group.last_shape)
+        self.stored, self.last = np.zeros(GAS + 1), np.zeros(group.last_shape)
         self.table = np.zeros((PATTERN + len(Pattern._fields), ROW), dtype=np.int64)
         self.table[STORED] = address_table([self.stored])[0]
         self._arrays = [group.bodies, np.zeros((0, 4), dtype=np.int64), self.last, *group.arrays]
@@ -152,7 +154,7 @@ class ElementGroup(Group):
 
     bodies: np.ndarray
     categories: tuple[str, ...] = ("panels", "creases")
-    """Names of the stored energies, in the order of the row `STORED`."""
+    """Names of the stored energies."""
     has_events: bool = False
     """Whether steps end at events of the elements (kernel `part`)."""
     locks: bool = False
@@ -242,8 +244,8 @@ class ElementGroup(Group):
         alone.stored[:] = 0.0
         alone.call("stored", t, per_second, poses, rates, rates)
         lost = alone.call("lost", t, per_second, poses, rates, rates)
-        panels, creases, put_in, _ = alone.stored.tolist()
-        stored = {"panels": panels, "creases": creases}
+        panels, creases, put_in, _, gas = alone.stored.tolist()
+        stored = {"panels": panels, "creases": creases, "gas": gas}
         return {name: stored[name] for name in self.categories}, lost, put_in
 
     def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:

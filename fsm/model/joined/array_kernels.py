@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d
-from fsm.kernels.block_equations import FAILED
+from fsm.kernels.block_equations import FAILED, stiffness_times
 from fsm.kernels.block_lu import multiply_blocks
 from fsm.kernels.block_sum import effective_stiffness
 from fsm.kernels.body_poses import increment_blocks
@@ -35,7 +35,7 @@ def _factorise(model: Joined, by_rate: float, by_acceleration: float, x: np.ndar
     nodes, free, turned = model.nodes.table, free_bodies(model), floats_3d(model.table, TURNED)
     if free == 0:
         set_matrix(nodes, by_rate, by_acceleration)
-        return bool(factorise_matrix(model.nodes))
+        return bool(factorise_matrix(model.nodes, True))
     turns = increment_blocks(x[: 6 * free])
     for i in range(free):
         for a in range(3):
@@ -48,13 +48,13 @@ def _factorise(model: Joined, by_rate: float, by_acceleration: float, x: np.ndar
                 matrix[k, a, b] = by_rate * damping[k, a, b] + by_acceleration * mass[k, a, b]
     columns = joined_pattern_of(nodes).columns
     copy_into(effective_stiffness(floats_3d(nodes, STIFFNESS), matrix, 1.0, turned, columns), matrix)
-    return bool(factorise_matrix(model.nodes))
+    return bool(factorise_matrix(model.nodes, True))
 
 
 @kernel
 def _factorise_mass(model: Joined) -> bool:
     copy_into(floats_3d(model.nodes.table, MASS), floats_3d(model.nodes.table, MATRIX))
-    return bool(factorise_matrix(model.nodes))
+    return bool(factorise_matrix(model.nodes, False))
 
 
 @kernel
@@ -86,8 +86,9 @@ def _mass_times(model: Joined, vector: np.ndarray) -> np.ndarray:
 
 @kernel
 def _stiffness_times(model: Joined, vector: np.ndarray) -> np.ndarray:
-    p = joined_pattern_of(model.nodes.table)
-    return multiply_blocks(p.rows, p.columns, floats_3d(model.nodes.table, STIFFNESS), vector)
+    nodes = model.nodes
+    stiffness, p = floats_3d(nodes.table, STIFFNESS), joined_pattern_of(nodes.table)
+    return stiffness_times(nodes.equations, p, stiffness, model.flags, vector)
 
 
 @kernel

@@ -65,7 +65,7 @@ def _measure_and_factorise(model: Joined, t: float) -> None:
         integers_1d(table, SLOTS), matrix,
     )  # fmt: skip
     hold_rows(own.table, floats_1d(own.table, NUMBERS)[HELD_STIFFNESS], matrix)
-    factorise_matrix(own)
+    factorise_matrix(own, False)
 
 
 @kernel

@@ -6,6 +6,7 @@ import numpy as np
 
 from fsm.interactions.driven import place_driven
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
+from fsm.kernels.block_equations import UNKNOWN
 from fsm.kernels.body_poses import pose_difference, scatter_free
 from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import call_at
@@ -42,7 +43,6 @@ from fsm.model.nodes.system.array_forces import rows_times
 from fsm.model.nodes.system.array_forces import sum_forces as sum_node_forces
 from fsm.model.nodes.system.array_kernels import accept_present as accept_nodes
 from fsm.solve.stepping import path_state as path
-from fsm.solve.stepping.path_state import UNKNOWN
 from fsm.solve.stepping.quasi_static import BEGIN, StaticCalls
 from fsm.solve.stepping.vectors import copy_into
 
@@ -137,7 +137,7 @@ def _add_nodes(model: Joined, record: np.ndarray) -> None:
         slid = call_at(nodes.kernels[k, rows.SLID_AT], table, nodes.tables[k], 0.0)
         record[path.KEPT_LOSS] += slid
         record[path.LOST] += slid + call_at(nodes.kernels[k, rows.LOST_AT], table, nodes.tables[k], 1.0)
-    put_in = _power_of_nodes(model)
+    put_in = _power_of_nodes(model, 0.0)
     record[path.LOADS] += put_in
     record[path.INPUT] += put_in
     numbers[rows.MEAN_OVER] = interval[1]
@@ -156,11 +156,11 @@ def _add_nodes(model: Joined, record: np.ndarray) -> None:
 
 
 @kernel
-def _power_of_nodes(model: Joined) -> float:
-    """Power that elements of nodes put into the system at the present state, W."""
+def _power_of_nodes(model: Joined, step: float) -> float:
+    """Power that elements of nodes put into the system at the present state, W, or at the one before for a negative step."""
     nodes, power = model.nodes, 0.0
     for k in range(nodes.kernels.shape[0]):
-        power += call_at(nodes.kernels[k, rows.PUT_IN_AT], nodes.table, nodes.tables[k], 0.0)
+        power += call_at(nodes.kernels[k, rows.PUT_IN_AT], nodes.table, nodes.tables[k], step)
     return power
 
 
@@ -171,7 +171,7 @@ def _power_before(model: Joined, t: float, q: np.ndarray) -> float:
     numbers = floats_1d(model.nodes.table, rows.NUMBERS)
     # the coordinates are those of the end, which give the mean rates
     numbers[rows.NOW], numbers[rows.MEAN_OVER] = t, interval[2]
-    power = _power_of_nodes(model)
+    power = _power_of_nodes(model, -1.0)
     numbers[rows.NOW], numbers[rows.MEAN_OVER] = interval[0], interval[1]
     scatter_free(integers_1d(bodies, FREE), q[: 7 * free], not q.shape[0] < 0 and poses.shape[1] == 7, poses)
     place_driven(driven_of(bodies), t, t, poses, np.empty(floats_2d(bodies, RATES).shape))
@@ -208,7 +208,7 @@ def _negative_at_rest(model: Joined, q: np.ndarray, trial: np.ndarray, accurate:
     sum_tangents(own, t, 0.0, springs_of(own.bodies.table).last[:0], q[:0], False)
     return float(negative_of_symmetric(
         model.nodes.equations, joined_pattern_of(table), floats_3d(table, rows.STIFFNESS), floats_3d(table, rows.MATRIX),
-        floats_3d(table, rows.FACTORS), trial, accurate,
+        floats_3d(table, rows.FACTORS), trial, accurate, model.flags,
     ))  # fmt: skip
 
 

@@ -108,7 +108,7 @@ def _factorise(model: Joined) -> bool:
     matrix = floats_3d(nodes, MATRIX)
     copy_into(floats_3d(nodes, STIFFNESS), matrix)
     add_damping(floats_3d(nodes, DAMPING), per_second_of(model.bodies.table), matrix)
-    return bool(factorise_matrix(model.nodes))
+    return bool(factorise_matrix(model.nodes, True))
 
 
 @kernel

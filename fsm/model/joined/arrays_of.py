@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.kernels.addresses import address_table
+from fsm.kernels.block_equations import NO_LOW_RANK
 from fsm.kernels.blocks import Elimination
 from fsm.model.bodies.arrays import Arrays, flat_arrays
 from fsm.model.bodies.pattern import BodyPattern
@@ -17,6 +18,7 @@ from fsm.model.joined.arrays import FrameArrays, Joined, JoinedArrays
 from fsm.model.joined.condense import JoinedPattern
 from fsm.model.joined.configuration import JoinedConfiguration
 from fsm.model.nodes.arrays import FACTORS, MATRIX
+from fsm.model.nodes.group import ElementGroup
 from fsm.model.nodes.system.arrays_of import Matrices, coordinates_of
 from fsm.model.system.arrays_of import segments_of
 from fsm.model.system.contact_arrays_of import ContactModel
@@ -46,6 +48,7 @@ class JoinedMatrix(NamedTuple):
 def joined_of(
     system: JoinedConfiguration, matrix: JoinedMatrix, fixed: np.ndarray, members: tuple[np.ndarray, np.ndarray, np.ndarray],
     near: np.ndarray, known: Elimination, factors: np.ndarray, contacts: ContactModel, statics: bool = False,
+    further: tuple[ElementGroup, ...] = (),
 ) -> JoinedModel:  # fmt: skip
     """Compiled model of a system that has no part in Python; the caller must keep the arrays as long as the model.
 
@@ -60,12 +63,13 @@ def joined_of(
     known, factors : symbolic factorisation of the joined pattern, and data of the factors
     contacts : ContactModel
     statics : whether the model is for statics
+    further : groups of elements of nodes besides those of the mesh
     """
     elements, frames, free = system.elements, system.frames, system.n_free
     pattern, joined, slots = matrix
     inertia = system.inertia(system.initial()[0], joined.pattern)
     matrices = Matrices(joined.pattern, known, factors, fixed, inertia, inertia, slots)
-    nodes, held = coordinates_of(elements, matrices)
+    nodes, held = coordinates_of(elements, matrices, further, system.low_rank_table())
     # the symbolic factorisation of the pattern between bodies is not used
     bodies, of_bodies, of_elements = segments_of(system, pattern, known, factors, contacts, statics)
     first, rows, maps = members
@@ -82,7 +86,8 @@ def joined_of(
     )  # fmt: skip
     flat = list(flat_arrays(arrays))
     own = [joined.pattern.zeros(), np.zeros(factors.shape)]
-    projection = nodes._replace(table=nodes.table.copy(), flags=np.zeros(3, dtype=np.int64))
+    plain = nodes.equations._replace(low_rank=NO_LOW_RANK)
+    projection = nodes._replace(table=nodes.table.copy(), flags=np.zeros(3, dtype=np.int64), equations=plain)
     projection.table[[MATRIX, FACTORS]] = address_table(own)
     model = Joined(bodies, nodes, address_table(flat), nodes.flags, projection)
     return JoinedModel(model, of_bodies, of_elements, [*held, *flat, *own])

@@ -1,4 +1,4 @@
-"""Chambers of gas in a system: volumes, forces along their gradients, tangents, power and energy.
+"""Chambers of gas over the nodes of a mesh: volumes, forces along their gradients, tangents, power and energy.
 
 The force of the gas i is (p_i - p_outside) dV_i/dx. The tangent is the sum of a sparse part, (p_i - p_outside) d2V_i/dx2,
 and of a part of low rank, sum_j dp_i/dV_j dV_i/dx (dV_j/dx)^T, which `fsm.kernels.blocks.LowRank` holds. The volume of a
@@ -15,268 +15,590 @@ join nodes beside each other; those with c join all nodes of the ring, so this p
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from fsm.case.models.chambers import Chamber, Lid
 from fsm.case.models.gas import Gas, Orifice
-from fsm.kernels.blocks import BlockPattern, LowRank
-from fsm.model.joined.gas import Gases, GasState
-from fsm.model.nodes.assembly import slots_of
+from fsm.kernels.addresses import ROW, address_table, floats_1d, floats_2d, floats_3d, integers_1d, integers_2d, put_array
+from fsm.kernels.blocks import LowRank
+from fsm.kernels.jit import kernel
+from fsm.kernels.pointers import address_of, call_at
+from fsm.model.joined.gas import (
+    ABOVE,
+    GAS_ROWS,
+    GAS_STATE,
+    HELD,
+    KIND,
+    GasArrays,
+    Gases,
+    GasState,
+    accept_gas,
+    empty_state,
+    gas_energies,
+    gas_power,
+    gas_state_of,
+    gases_of,
+    set_state,
+)
+from fsm.model.nodes.arrays import FORCE, LAST, MEAN_OVER, NOW, NUMBERS, STIFFNESS, Q
+from fsm.model.nodes.facets.fold_angle import fold_angle, fold_gradient
 from fsm.model.nodes.facets.folds import FoldGroup
-from fsm.model.nodes.facets.pressure import PressedFaces
-
-_MOST_KNOWN = 4
-"""Number of states of the nodes whose volumes are kept; the work of loads needs those at both ends of a step."""
+from fsm.model.nodes.facets.pressure import PressedFaces, add_triangle_force, add_triangle_stiffness, mean_rates
+from fsm.model.nodes.group import ElementGroup
 
 
-def cross_matrices(vectors: np.ndarray) -> np.ndarray:
-    """Matrices (m, 3, 3) of v x."""
-    out = np.zeros((len(vectors), 3, 3))
-    for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        out[:, a, b], out[:, b, a] = -vectors[:, c], vectors[:, c]
+class SurfaceArrays(NamedTuple):
+    """Surfaces of k chambers.
+
+    Attributes
+    ----------
+    vectors : (m + e, v) int array
+        First coordinates of the nodal vectors of m triangles, then of the edges of lids: both nodes, the second one
+        repeated.
+    owner : (m,) int array
+        Chamber of each triangle.
+    pairs, coefficients : (2, p) int and (m, v, p) arrays
+        See `fsm.model.nodes.facets.pressure`.
+    sums : (k, 7) array
+        Axes of the sum for the volume (1 or 0) and origin (m) of each chamber; 1, or -1 if its triangles point inwards.
+    used, first_used : (u, 2) and (k + 1,) int arrays
+        First coordinates of the vectors of each chamber, and 1 for a position.
+    rings, nodes, weights : (l + 1,) int, (n,) int and (n,) arrays
+        First coordinates of the ring of each lid, and their parts in its tip.
+    lids : (l, 3) int array
+        Chamber, 1 for a whole ring, and row of its first edge in `vectors`.
+    planes : (l, 6) array
+        1 for the axes along which the tip is fixed, else 0, and its position along them, m.
+    """
+
+    vectors: np.ndarray
+    owner: np.ndarray
+    pairs: np.ndarray
+    coefficients: np.ndarray
+    sums: np.ndarray
+    used: np.ndarray
+    first_used: np.ndarray
+    rings: np.ndarray
+    nodes: np.ndarray
+    weights: np.ndarray
+    lids: np.ndarray
+    planes: np.ndarray
+
+
+class AreaArrays(NamedTuple):
+    """Areas of n orifices: constant, or functions of the mean of fold angles.
+
+    Attributes
+    ----------
+    constant : (n,) array, m^2
+    vectors, factors, near : see `fsm.model.nodes.facets.folds.FoldGroup`
+    shares : (n, f) array
+        Part of each fold in the mean angle.
+    first, curves : (n + 1,) int and (c, 2) arrays
+        Magnitudes of the angle (rad) with areas (m^2); none for a constant area.
+    """
+
+    constant: np.ndarray
+    vectors: np.ndarray
+    factors: np.ndarray
+    near: np.ndarray
+    shares: np.ndarray
+    first: np.ndarray
+    curves: np.ndarray
+
+
+class ChamberArrays(NamedTuple):
+    """Arrays of chambers.
+
+    Attributes
+    ----------
+    surfaces, areas, gases : arrays of each
+    gradients : (k, m) array
+        Gradients of the volumes by the coordinates of the nodes, at the last evaluated state.
+    vectors, weights : (r, m) and (r, r) arrays
+        V and W of the stiffness V^T W V of low rank at the last tangent.
+    found : state of the gases at the last evaluated state
+    """
+
+    surfaces: SurfaceArrays
+    areas: AreaArrays
+    gases: GasArrays
+    gradients: np.ndarray
+    vectors: np.ndarray
+    weights: np.ndarray
+    found: GasState
+
+
+_AREAS = len(SurfaceArrays._fields)
+_GASES = _AREAS + len(AreaArrays._fields)
+_SUMS = _GASES + GAS_ROWS
+_FOUND = _SUMS + 3
+_RENEW = _FOUND + GAS_STATE
+"""Row of the address of `_renew`, which is long, so that each kernel does not contain it."""
+CHAMBER_ROWS = _RENEW + 1
+"""Number of rows of the table of chambers."""
+
+
+@kernel
+def chambers_of(t: np.ndarray) -> ChamberArrays:
+    """Chambers in a table of `fsm.kernels.addresses`."""
+    a, s = _AREAS, _SUMS
+    return ChamberArrays(
+        SurfaceArrays(
+            integers_2d(t, 0), integers_1d(t, 1), integers_2d(t, 2), floats_3d(t, 3), floats_2d(t, 4),
+            integers_2d(t, 5), integers_1d(t, 6), integers_1d(t, 7), integers_1d(t, 8), floats_1d(t, 9),
+            integers_2d(t, 10), floats_2d(t, 11),
+        ),
+        AreaArrays(
+            floats_1d(t, a), integers_2d(t, a + 1), floats_3d(t, a + 2), floats_1d(t, a + 3), floats_2d(t, a + 4),
+            integers_1d(t, a + 5), floats_2d(t, a + 6),
+        ),
+        gases_of(t, _GASES), floats_2d(t, s), floats_2d(t, s + 1), floats_2d(t, s + 2), gas_state_of(t, _FOUND),
+    )  # fmt: skip
+
+
+# volumes ----------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _arms(s: SurfaceArrays, lid: int, q: np.ndarray) -> np.ndarray:
+    """Positions (n, 3) of the nodes of a ring from the tip of its lid, m."""
+    first, last = s.rings[lid], s.rings[lid + 1]
+    out = np.empty((last - first, 3))
+    for a in range(3):
+        tip = s.planes[lid, 3 + a]
+        if s.planes[lid, a] == 0.0:
+            tip = 0.0
+            for i in range(first, last):
+                tip += s.weights[i] * q[s.nodes[i] + a]
+        for i in range(first, last):
+            out[i - first, a] = q[s.nodes[i] + a] - tip
     return out
 
 
-def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Cross products (m, 3); NumPy's function takes several times as long for few vectors."""
-    (ax, ay, az), (bx, by, bz) = a.T, b.T
-    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
+@kernel(inline=True)
+def _edges(s: SurfaceArrays, lid: int) -> int:
+    """Number of edges of a ring; each goes from a node to the next one."""
+    return int(s.rings[lid + 1] - s.rings[lid] - 1 + s.lids[lid, 1])
 
 
-class _Lid:
-    """Forces and tangents of a lid over a ring; its `nodes` are the first coordinates (k,) of the nodes."""
-
-    def __init__(self, lid: Lid) -> None:
-        self._lid = lid
-        self._first, self._second = lid.edges.T
-        self.pairs = np.ascontiguousarray(lid.nodes[lid.edges])
-        self._entries = lid.nodes[:, None] + np.arange(3)
-
-    def _arms(self, q: np.ndarray) -> np.ndarray:
-        """Positions (k, 3) of the nodes from the tip, m."""
-        at = q[self._entries]
-        return np.asarray(at - self._lid.tip(at))
-
-    def _on_nodes(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-        """Sums (k, ...) at the nodes of values at both ends of each edge."""
-        out = np.zeros((len(self._entries), *first.shape[1:]))
-        np.add.at(out, self._first, first)
-        np.add.at(out, self._second, second)
-        return out
-
-    def add_force(self, q: np.ndarray, pressure: float, force: np.ndarray) -> None:
-        """Add the forces of a pressure; the tip shares its force among the nodes."""
-        arms, axes = self._arms(q), list(self._lid.axes)
-        sides = _cross(arms[self._first], arms[self._second])
-        own = self._on_nodes(sides, sides)
-        own[:, axes] += self._lid.weights[:, None] * sides.sum(axis=0)[axes]
-        np.add.at(force, self._entries, pressure / 6.0 * own)
-
-    def add_stiffness(self, q: np.ndarray, pressure: float, slots: np.ndarray, stiffness: np.ndarray) -> None:
-        """Add -df/dq to block data, without the part of `low_rank`; `slots` of `pairs` as in `PressedFaces`."""
-        own = -pressure / 6.0 * cross_matrices(self._arms(q))
-        size, flat = stiffness.shape[1], stiffness.reshape(-1)
-        places = slots[:, :, :, None, None] + size * np.arange(3)[:, None] + np.arange(3)
-        for row in (0, 1):
-            np.add.at(flat, places[:, row, 0], -own[self._second])
-            np.add.at(flat, places[:, row, 1], own[self._first])
-
-    def low_rank(self, q: np.ndarray, pressure: float) -> LowRank:
-        """Part of -df/dq of the tip, which joins all nodes.
-
-        With c' = W q', the tip changes the forces of the edge i by c' x (v_i - v_(i+1)). Its own force is W^T of the sum of
-        all edges, whose change with the nodes is U q'.
-        """
-        arms, axes = self._arms(q), list(self._lid.axes)
-        along = arms[self._first] - arms[self._second]
-        own = cross_matrices(arms)
-        by_tip, by_nodes, tip = (np.zeros((3, len(q))) for _ in range(3))
-        by_tip[:, self._entries] = cross_matrices(self._on_nodes(along, along)).transpose(1, 0, 2)
-        by_nodes[:, self._entries] = self._on_nodes(-own[self._second], own[self._first]).transpose(1, 0, 2)
-        for axis in axes:
-            tip[axis, self._entries[:, axis]] = self._lid.weights
-        count, factor = len(axes), -pressure / 6.0
-        # for a whole ring both derivatives have the same vectors
-        blocks = [tip[axes], by_tip[axes]] if self._lid.whole else [tip[axes], by_tip[axes], by_nodes[axes]]
-        weights = np.zeros((len(blocks), count, len(blocks), count))
-        weights[1, :, 0] = weights[0, :, -1] = factor * np.eye(count)
-        weights[0, :, 0] -= factor * cross_matrices(along.sum(axis=0)[None])[0][np.ix_(axes, axes)]
-        return LowRank(np.concatenate(blocks), weights.reshape(len(blocks) * count, -1))
+@kernel
+def _add_lid_force(s: SurfaceArrays, lid: int, q: np.ndarray, pressure: float, force: np.ndarray) -> None:
+    """Add the forces of a pressure on a lid; the tip shares its force among the nodes."""
+    arms, first, total = _arms(s, lid, q), s.rings[lid], np.zeros(3)
+    count = arms.shape[0]
+    for i in range(_edges(s, lid)):
+        j = (i + 1) % count
+        for a in range(3):
+            b, c = (a + 1) % 3, (a + 2) % 3
+            side = pressure / 6.0 * (arms[i, b] * arms[j, c] - arms[i, c] * arms[j, b])
+            total[a] += side
+            force[s.nodes[first + i] + a] += side
+            force[s.nodes[first + j] + a] += side
+    for a in range(3):
+        if s.planes[lid, a] == 0.0:
+            for i in range(first, s.rings[lid + 1]):
+                force[s.nodes[i] + a] += s.weights[i] * total[a]
 
 
-class Surface:
-    """Facets and lids of one chamber.
+@kernel
+def _set_gradients(s: SurfaceArrays, q: np.ndarray, gradients: np.ndarray) -> None:
+    """Write the gradients (k, m) of all volumes: the forces of unit pressures."""
+    for k in range(gradients.shape[0]):
+        for n in range(s.first_used[k], s.first_used[k + 1]):
+            gradients[k, s.used[n, 0] : s.used[n, 0] + 3] = 0.0
+    for m in range(s.owner.shape[0]):
+        k = s.owner[m]
+        add_triangle_force(s.vectors[m], s.pairs[0], s.pairs[1], s.coefficients[m], q, s.sums[k, 6], gradients[k])
+    for lid in range(s.lids.shape[0]):
+        k = s.lids[lid, 0]
+        _add_lid_force(s, lid, q, s.sums[k, 6], gradients[k])
 
-    Parameters
-    ----------
-    chamber : Chamber
-    faces : PressedFaces
-        Triangles around the chamber.
-    lids : lids over rings of nodes, given by their first coordinates
+
+@kernel
+def _set_volumes(s: SurfaceArrays, q: np.ndarray, gradients: np.ndarray, out: np.ndarray) -> None:
+    """Write the enclosed volumes (k,), m^3: the flux of the positions is their product with the gradients."""
+    for k in range(out.shape[0]):
+        out[k] = 0.0
+        for n in range(s.first_used[k], s.first_used[k + 1]):
+            at, position = s.used[n, 0], s.used[n, 1]
+            for a in range(3):
+                out[k] += s.sums[k, a] * gradients[k, at + a] * (q[at + a] - position * s.sums[k, 3 + a])
+        out[k] /= s.sums[k, :3].sum()
+
+
+# areas ------------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _area(a: AreaArrays, k: int, q: np.ndarray, gradient: np.ndarray) -> float:
+    """Area of an orifice, m^2; adds its gradient (m,), m, if this is not empty."""
+    first, last = a.first[k], a.first[k + 1]
+    if first == last:
+        return float(a.constant[k])
+    v, along, states, angle = np.empty((3, 3)), np.empty(9), np.empty((a.shares.shape[1], 9)), 0.0
+    for f in range(a.shares.shape[1]):
+        if a.shares[k, f] == 0.0:
+            continue
+        for p in range(3):
+            for b in range(3):
+                v[p, b] = 0.0
+                for i in range(4):
+                    v[p, b] += a.factors[f, p, i] * q[a.vectors[f, i] + b]
+        angle += a.shares[k, f] * fold_angle(v, a.near[f])
+        fold_gradient(v, states[f], along)
+    size, piece = abs(angle), first - 1
+    while piece + 1 < last and a.curves[piece + 1, 0] <= size:
+        piece += 1
+    if piece < first or piece == last - 1:
+        return float(a.curves[min(max(piece, first), last - 1), 1])
+    slope = (a.curves[piece + 1, 1] - a.curves[piece, 1]) / (a.curves[piece + 1, 0] - a.curves[piece, 0])
+    if gradient.shape[0] > 0:
+        along_angle = slope if angle >= 0.0 else -slope
+        for f in range(a.shares.shape[1]):
+            if a.shares[k, f] != 0.0:
+                for i in range(4):
+                    for b in range(3):
+                        for p in range(3):
+                            by = along_angle * a.shares[k, f] * a.factors[f, p, i]
+                            gradient[a.vectors[f, i] + b] += by * states[f, 3 * p + b]
+    return float(a.curves[piece, 1] + slope * (size - a.curves[piece, 0]))
+
+
+# state and forces -------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _renew(own: np.ndarray, nodes: np.ndarray, t: float) -> float:
+    """Write the gradients of the volumes and the state of all gases; the first row of `nodes` are the coordinates (m,)."""
+    c, q = chambers_of(own), floats_1d(nodes, 0)
+    _set_gradients(c.surfaces, q, c.gradients)
+    _set_volumes(c.surfaces, q, c.gradients, c.found.volume)
+    for k in range(c.found.area.shape[0]):
+        c.found.area[k] = _area(c.areas, k, q, q[:0])
+    set_state(c.gases, t, c.found)
+    return 0.0
+
+
+@kernel
+def renewed(own: np.ndarray, nodes: np.ndarray, t: float) -> ChamberArrays:
+    """Chambers with their state; arguments as for `_renew`, here and below."""
+    call_at(integers_1d(own, _RENEW)[0], own, nodes, t)
+    return chambers_of(own)
+
+
+@kernel
+def _pull(c: ChamberArrays, pressure: np.ndarray, force: np.ndarray) -> None:
+    """Add pressures (k,) times the gradients of the volumes."""
+    s = c.surfaces
+    for k in range(pressure.shape[0]):
+        for n in range(s.first_used[k], s.first_used[k + 1]):
+            for at in range(s.used[n, 0], s.used[n, 0] + 3):
+                force[at] += pressure[k] * c.gradients[k, at]
+
+
+@kernel
+def _above(c: ChamberArrays) -> np.ndarray:
+    """Pressures (k,) above those outside, Pa."""
+    out = np.empty(c.found.pressure.shape[0])
+    for k in range(out.shape[0]):
+        out[k] = c.found.pressure[k] - c.gases.laws[k, ABOVE]
+    return out
+
+
+@kernel
+def add_gas_force(own: np.ndarray, nodes: np.ndarray, t: float, force: np.ndarray) -> None:
+    """Add the forces on the coordinates (m,) of the nodes."""
+    c = renewed(own, nodes, t)
+    _pull(c, _above(c), force)
+
+
+@kernel
+def add_gas_force_rate(own: np.ndarray, nodes: np.ndarray, t: float, force: np.ndarray) -> None:
+    """Add the change of the forces with time at fixed nodes."""
+    c = renewed(own, nodes, t)
+    _pull(c, c.found.by_time, force)
+
+
+@kernel
+def add_gas_tangent(
+    own: np.ndarray, nodes: np.ndarray, t: float, slots: np.ndarray, size: int, force: np.ndarray, flat: np.ndarray
+) -> np.ndarray:
+    """Add the forces, and the sparse part of their negative derivatives to flat block data; writes the other part, and
+    returns its vectors.
+
+    `slots` (m + e, v, v) as in `ElementGroup.add_linearised`.
     """
-
-    def __init__(self, chamber: Chamber, faces: PressedFaces, lids: Sequence[Lid]) -> None:
-        self.faces = faces
-        corners = faces.vectors if not len(faces.plane) else faces.vectors[:, ::3]
-        self.lids = tuple(map(_Lid, lids))
-        self._parts: tuple[PressedFaces | _Lid, ...] = (self.faces, *self.lids)
-        self.sign = chamber.sign
-        self._chamber = chamber
-        self._positions = np.unique(corners)
-
-    def gradient(self, q: np.ndarray) -> np.ndarray:
-        """Gradient (n,) of the volume."""
-        out = np.zeros_like(q)
-        self.add_force(q, 1.0, out)
-        return out
-
-    def volume(self, q: np.ndarray, gradient: np.ndarray) -> float:
-        """Enclosed volume, m^3: the flux of the positions is their product with the forces of a unit pressure, the
-        gradient (n,) of the volume.
-        """
-        moved = q.copy()
-        moved[self._positions[:, None] + np.arange(3)] -= self._chamber.origin
-        axes = self._chamber.axes
-        return sum(float(gradient[axis::3] @ moved[axis::3]) for axis in axes) / len(axes)
-
-    def add_force(self, q: np.ndarray, pressure: float, force: np.ndarray) -> None:
-        """Add the forces of a pressure."""
-        for part in self._parts:
-            part.add_force(q, self.sign * pressure, force)
-
-    def add_stiffness(self, q: np.ndarray, pressure: float, slots: Sequence[np.ndarray], stiffness: np.ndarray) -> None:
-        """Add the negative derivative of the forces of a given pressure, without the low rank of lids."""
-        for part, own in zip(self._parts, slots, strict=True):
-            part.add_stiffness(q, self.sign * pressure, own, stiffness)
-
-    @property
-    def vectors(self) -> list[np.ndarray]:
-        """First coordinates (m, v) of the nodal vectors that each part joins."""
-        return [self.faces.vectors, *(lid.pairs for lid in self.lids)]
-
-    def slots(self, shift: int, pattern: BlockPattern) -> list[np.ndarray]:
-        """Slots of the elements in a matrix whose coordinates of nodes begin at `shift`."""
-        return [slots_of(np.ascontiguousarray(one + shift), 3, pattern.indptr, pattern.indices) for one in self.vectors]
+    c, q = renewed(own, nodes, t), floats_1d(nodes, 0)
+    s, found = c.surfaces, c.found
+    above, axial = _above(c), np.empty((s.vectors.shape[1], s.vectors.shape[1], 3))
+    _pull(c, above, force)
+    for m in range(s.owner.shape[0]):
+        pressure = s.sums[s.owner[m], 6] * above[s.owner[m]]
+        add_triangle_stiffness(
+            s.vectors[m], s.pairs[0], s.pairs[1], s.coefficients[m], q, pressure, slots[m], size, flat, axial
+        )
+    count = c.gradients.shape[0]
+    c.vectors[:count], c.vectors[count:] = c.gradients, 0.0
+    c.weights[:] = 0.0
+    c.weights[:count, :count] = -found.by_volume
+    row = count
+    for k in range(c.areas.constant.shape[0]):
+        if c.areas.first[k] < c.areas.first[k + 1]:
+            _area(c.areas, k, q, c.vectors[row])
+            c.weights[:count, row] = -found.by_area[:, k]
+            row += 1
+    for lid in range(s.lids.shape[0]):
+        pressure = s.sums[s.lids[lid, 0], 6] * above[s.lids[lid, 0]]
+        row = _add_lid_tangent(c, lid, q, -pressure / 6.0, slots, size, flat, row)
+    return c.vectors
 
 
-class OrificeArea:
-    """Area of an orifice: constant, or a function of the mean fold angle of a crease.
+@kernel(inline=True)
+def _put_cross(v: np.ndarray, factor: float, rows: np.ndarray, out: np.ndarray, row: int, column: int) -> int:
+    """Add the rows (m,) of factor v x to `out`, from a row and a column on; returns the row after them."""
+    for a in rows:
+        b, c = (a + 1) % 3, (a + 2) % 3
+        out[row, column + b] -= factor * v[c]
+        out[row, column + c] += factor * v[b]
+        row += 1
+    return row
 
-    Parameters
-    ----------
-    orifice : Orifice
-    folds : FoldGroup or None
-    lengths : (m,) array
-        Length of each fold of the crease, 0 for other folds.
+
+@kernel
+def _add_lid_tangent(
+    c: ChamberArrays, lid: int, q: np.ndarray, factor: float, slots: np.ndarray, size: int, flat: np.ndarray, row: int
+) -> int:
+    """Add the tangent of a lid, times a factor: its sparse part, and the part of the tip, which joins all nodes.
+
+    With c' = W q', the tip changes the forces of the edge i by c' x (v_i - v_(i+1)). Its own force is W^T of the sum of
+    all edges, whose change with the nodes is U q'. For a whole ring both derivatives have the same vectors. The result is
+    the next row of the part of low rank.
     """
-
-    def __init__(self, orifice: Orifice, folds: FoldGroup | None = None, lengths: np.ndarray | None = None) -> None:
-        self._orifice, self.folds = orifice, folds
-        self._weights = np.zeros(0) if lengths is None else lengths / lengths.sum()
-        self._angles, self._areas = (np.array([pair[k] for pair in orifice.area_by_angle]) for k in (0, 1))
-
-    def size(self, nodes: np.ndarray) -> float:
-        """Area at coordinates (n,) of the nodes, m^2."""
-        if self.folds is None:
-            assert self._orifice.area is not None
-            return self._orifice.area
-        return float(np.interp(abs(self._weights @ self.folds.angles(nodes)), self._angles, self._areas))
-
-    def gradient(self, nodes: np.ndarray) -> np.ndarray:
-        """Gradient (n,) of the area, m."""
-        out = np.zeros_like(nodes)
-        if self.folds is None:
-            return out
-        angle = float(self._weights @ self.folds.angles(nodes))
-        piece = int(np.searchsorted(self._angles, abs(angle), side="right")) - 1
-        if 0 <= piece < len(self._angles) - 1:
-            slope = (self._areas[piece + 1] - self._areas[piece]) / (self._angles[piece + 1] - self._angles[piece])
-            self.folds.add_turns(nodes, float(np.copysign(slope, slope * angle)) * self._weights, out)
-        return out
-
-
-class _Volumes:
-    """Volumes (k,), m^3, and their gradients (k, n) at coordinates (n,) of the nodes; `states` are those of the gases that
-    are known there, by time and memory.
-    """
-
-    def __init__(self, surfaces: Sequence[Surface], nodes: np.ndarray) -> None:
-        self.nodes = nodes.copy()
-        self.gradients = np.array([surface.gradient(nodes) for surface in surfaces]).reshape(len(surfaces), len(nodes))
-        found = zip(surfaces, self.gradients, strict=True)
-        self.volumes = np.array([surface.volume(nodes, gradient) for surface, gradient in found])
-        self.states: list[tuple[float, np.ndarray, GasState]] = []
+    s, arms, first = c.surfaces, _arms(c.surfaces, lid, q), c.surfaces.rings[lid]
+    count, whole = arms.shape[0], s.lids[lid, 1] == 1
+    axes = np.flatnonzero(s.planes[lid, :3] == 0.0)
+    size_of = axes.shape[0]
+    by_tip, by_nodes, total = row + size_of, row + size_of if whole else row + 2 * size_of, np.zeros(3)
+    for i in range(_edges(s, lid)):
+        j, own = (i + 1) % count, slots[s.lids[lid, 2] + i]
+        for a in range(3):
+            b, d = (a + 1) % 3, (a + 2) % 3
+            for end in range(2):
+                for column, sense, arm in ((0, -factor, arms[j]), (1, factor, arms[i])):
+                    at = own[end, column] + a * size
+                    flat[at + b] -= sense * arm[d]
+                    flat[at + d] += sense * arm[b]
+        along, nodes = arms[i] - arms[j], (s.nodes[first + i], s.nodes[first + j])
+        total += along
+        for node in nodes:
+            _put_cross(along, 1.0, axes, c.vectors, by_tip, node)
+        if not whole:
+            _put_cross(arms[j], -1.0, axes, c.vectors, by_nodes, nodes[0])
+            _put_cross(arms[i], 1.0, axes, c.vectors, by_nodes, nodes[1])
+    for m in range(size_of):
+        for i in range(count):
+            c.vectors[row + m, s.nodes[first + i] + axes[m]] = s.weights[first + i]
+        c.weights[by_tip + m, row + m] += factor
+        c.weights[row + m, by_nodes + m] += factor
+        for n in range(size_of):  # -factor times the matrix of total x
+            if axes[n] == (axes[m] + 1) % 3:
+                c.weights[row + m, row + n] += factor * total[(axes[m] + 2) % 3]
+            elif axes[n] == (axes[m] + 2) % 3:
+                c.weights[row + m, row + n] -= factor * total[(axes[m] + 1) % 3]
+    return by_nodes + size_of
 
 
-class Chambers:
+@kernel
+def gas_stored(own: np.ndarray, nodes: np.ndarray, t: float) -> float:
+    """Energy of all gases, J."""
+    c = renewed(own, nodes, t)
+    return float(gas_energies(c.gases, c.found).sum())
+
+
+@kernel
+def gas_put_in(own: np.ndarray, nodes: np.ndarray, t: float, span: float, u: np.ndarray) -> float:
+    """Power of supplies and orifices at velocities (m,) of the nodes, W; `span` as in `gas_power`."""
+    c = renewed(own, nodes, t)
+    s, total, above = c.surfaces, gas_power(c.gases, t, c.found, span), _above(c)
+    for k in range(above.shape[0]):
+        if c.gases.laws[k, KIND] == HELD:
+            for n in range(s.first_used[k], s.first_used[k + 1]):
+                for at in range(s.used[n, 0], s.used[n, 0] + 3):
+                    total += above[k] * c.gradients[k, at] * u[at]
+    return total
+
+
+@kernel
+def accept_chambers(own: np.ndarray, nodes: np.ndarray, t: float) -> None:
+    """Accept a state."""
+    c = renewed(own, nodes, t)
+    accept_gas(c.gases, t, c.found)
+
+
+# group of nodes ---------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _force(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    add_gas_force(own, table[Q:], floats_1d(table, NUMBERS)[NOW], floats_1d(table, FORCE))
+    return 0.0
+
+
+@kernel
+def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    stiffness, (count, width) = floats_3d(table, STIFFNESS), integers_2d(own, 0).shape
+    slots = integers_2d(own, CHAMBER_ROWS).reshape(count, width, width)
+    add_gas_tangent(
+        own, table[Q:], floats_1d(table, NUMBERS)[NOW], slots, stiffness.shape[1], floats_1d(table, FORCE),
+        stiffness.reshape(-1),
+    )  # fmt: skip
+    return 0.0
+
+
+@kernel
+def _stored(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    return gas_stored(own, table[Q:], floats_1d(table, NUMBERS)[NOW])
+
+
+@kernel
+def _lost(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    return 0.0
+
+
+@kernel
+def _put_in(table: np.ndarray, own: np.ndarray, step: float) -> float:
+    numbers, u = floats_1d(table, NUMBERS), mean_rates(table)
+    if step < 0.0:
+        return gas_put_in(own, table[LAST:], numbers[NOW], -numbers[MEAN_OVER], u)
+    return gas_put_in(own, table[Q:], numbers[NOW], step if step > 0.0 else numbers[MEAN_OVER], u)
+
+
+@kernel
+def _accept(table: np.ndarray, own: np.ndarray, t: float) -> float:
+    accept_chambers(own, table[Q:], t)
+    return 0.0
+
+
+@kernel
+def _renew_at(own: np.ndarray, nodes: np.ndarray, t: float, q: np.ndarray) -> None:
+    """Renew the state at coordinates (m,), for calls from Python."""
+    put_array(nodes, 0, q)
+    renewed(own, nodes, t)
+
+
+@kernel
+def _accept_at(own: np.ndarray, nodes: np.ndarray, t: float, q: np.ndarray) -> None:
+    put_array(nodes, 0, q)
+    accept_chambers(own, nodes, t)
+
+
+@kernel
+def _energies_at(own: np.ndarray, nodes: np.ndarray, t: float, q: np.ndarray) -> np.ndarray:
+    put_array(nodes, 0, q)
+    c = renewed(own, nodes, t)
+    return gas_energies(c.gases, c.found)
+
+
+@kernel
+def _add_force_rate(own: np.ndarray, nodes: np.ndarray, t: float, q: np.ndarray, force: np.ndarray) -> None:
+    put_array(nodes, 0, q)
+    add_gas_force_rate(own, nodes, t, force)
+
+
+class Surface(NamedTuple):
+    """Triangles around a chamber, and its lids over rings of nodes, which are given by their first coordinates."""
+
+    chamber: Chamber
+    faces: PressedFaces
+    lids: Sequence[Lid]
+
+
+class OrificeArea(NamedTuple):
+    """Orifice, and the folds of its crease with the length of each; 0 for other folds."""
+
+    orifice: Orifice
+    folds: FoldGroup | None = None
+    lengths: np.ndarray | None = None
+
+
+class Chambers(ElementGroup):
     """Chambers of a sheet with their gases.
 
     Parameters
     ----------
     gases : tuple of Gas
     surfaces : tuple of Surface, one for each gas
-    orifices, areas : tuples of Orifice and OrificeArea
-    start : (n,) array
+    areas : tuple of OrificeArea
+        All creases belong to one group of folds.
+    start : (m,) array
         Coordinates of the nodes at the start.
     """
 
+    name = "gas"
+    kernels = (_force, _tangent, _stored, _lost, _put_in)
+    accept = _accept
+
     def __init__(
-        self, gases: tuple[Gas, ...], surfaces: tuple[Surface, ...], orifices: tuple[Orifice, ...],
-        areas: tuple[OrificeArea, ...], start: np.ndarray,
-    ) -> None:  # fmt: skip
+        self, gases: tuple[Gas, ...], surfaces: tuple[Surface, ...], areas: tuple[OrificeArea, ...], start: np.ndarray
+    ) -> None:
         self.names = tuple(gas.name for gas in gases)
-        self._surfaces = surfaces
-        self._known: list[_Volumes] = []
-        self._areas = areas
-        self.gases = Gases(gases, orifices, self.volumes(start), self.areas(start))
-
-    def volumes(self, nodes: np.ndarray) -> np.ndarray:
-        """Volumes (k,), m^3."""
-        return self._at(nodes).volumes
-
-    def _at(self, nodes: np.ndarray) -> _Volumes:
-        """Volumes at coordinates of the nodes, of which the last ones are kept."""
-        for known in self._known:
-            if np.array_equal(nodes, known.nodes):
-                return known
-        self._known = [_Volumes(self._surfaces, nodes), *self._known[: _MOST_KNOWN - 1]]
-        return self._known[0]
-
-    def areas(self, nodes: np.ndarray) -> np.ndarray:
-        """Areas of the orifices (n,), m^2."""
-        return np.array([area.size(nodes) for area in self._areas])
-
-    def state(self, t: float, nodes: np.ndarray) -> GasState:
-        """State of all gases at coordinates (n,) of the nodes."""
-        at, memory = self._at(nodes), self.gases.last
-        for time, last, known in at.states:
-            if time == t and last is memory:
-                return known
-        found = self.gases.state(t, at.volumes, self.areas(nodes))
-        at.states = [(t, memory, found), *at.states[:1]]
-        return found
-
-    def commit(self, t: float, nodes: np.ndarray) -> None:
-        """Accept a state."""
-        self.gases.commit(t, self.volumes(nodes), self.areas(nodes))
+        self._surfaces, self._areas = _surface_arrays(surfaces), _area_arrays(areas)
+        self.vectors = self._surfaces.vectors
+        of_lids = sum(len(lid.axes) * (2 if lid.whole else 3) for surface in surfaces for lid in surface.lids)
+        rank = len(gases) + sum(area.folds is not None for area in areas) + of_lids
+        self._gradients = np.zeros((len(gases), len(start)))
+        self._low_rank = LowRank(np.zeros((rank, len(start))), np.zeros((rank, rank)))
+        self._nodes = np.zeros((1, ROW), dtype=np.int64)
+        self._found = empty_state(len(gases), len(areas))
+        self._address = np.array([address_of(_renew, self._nodes, self._nodes, 0.0)])
+        orifices = tuple(area.orifice for area in areas)
+        self.gases = Gases(gases, orifices, np.zeros(len(gases)), np.zeros(len(areas)))
+        self._own = address_table(self.table)
+        found = self.state(0.0, start)
+        self.gases = Gases(gases, orifices, found.volume, found.area)
+        self._own[:] = address_table(self.table)
 
     @property
-    def vectors(self) -> list[np.ndarray]:
-        """First coordinates (m, v) of the nodal vectors that each part of a chamber joins."""
-        return [one for surface in self._surfaces for one in surface.vectors]
+    def table(self) -> list[np.ndarray]:
+        """See `ElementGroup`."""
+        sums = self._gradients, self._low_rank.vectors, self._low_rank.weights
+        return [*self._surfaces, *self._areas, *self.gases.table, *sums, *self._found, self._address]
 
-    def slots(self, shift: int, pattern: BlockPattern) -> list[list[np.ndarray]]:
-        """Slots of all chambers; see `Surface.slots`."""
-        return [surface.slots(shift, pattern) for surface in self._surfaces]
+    def gradients(self, nodes: np.ndarray) -> np.ndarray:
+        """Gradients (k, m) of the volumes, m^2."""
+        _renew_at(self._own, self._nodes, 0.0, nodes)
+        return self._gradients.copy()
+
+    def state(self, t: float, nodes: np.ndarray) -> GasState:
+        """State of all gases at coordinates (m,) of the nodes."""
+        _renew_at(self._own, self._nodes, float(t), nodes)
+        return GasState(*(array.copy() for array in self._found))
+
+    @property
+    def low_rank(self) -> LowRank:
+        """See `ElementGroup`."""
+        return self._low_rank
+
+    def energies(self, t: float, nodes: np.ndarray) -> np.ndarray:
+        """Energies of all gases (k,), J; see `gas_energies`."""
+        return np.asarray(_energies_at(self._own, self._nodes, float(t), nodes))
+
+    def add_force_rate(self, t: float, q: np.ndarray, force: np.ndarray) -> None:
+        """See `ElementGroup`."""
+        _add_force_rate(self._own, self._nodes, float(t), q, force)
+
+    def break_times(self) -> list[float]:
+        """See `ElementGroup`."""
+        return self.gases.break_times()
 
     def pairs(self) -> np.ndarray:
-        """Pairs (m, 2) of nodes that the sparse part of the tangent joins, if all coordinates are positions of nodes."""
-        found = [np.zeros((0, 2), dtype=np.int64)]
-        for vectors in (one // 3 for one in self.vectors):
-            first, second = np.triu_indices(vectors.shape[1], 1)
-            found += [vectors[:, [a, b]] for a, b in zip(first, second, strict=True)]
-        return np.unique(np.concatenate(found), axis=0)
+        """Pairs (p, 2) of nodes that the sparse part of the tangent joins, if all coordinates are positions of nodes."""
+        nodes = self.vectors // 3
+        first, second = np.triu_indices(nodes.shape[1], 1)
+        return np.unique(np.concatenate([nodes[:, [a, b]] for a, b in zip(first, second, strict=True)]), axis=0)
 
     def pressures_and_changes(
         self, start: tuple[float, np.ndarray], end: tuple[float, np.ndarray]
@@ -286,54 +608,84 @@ class Chambers:
         `start` and `end` are times (s) and coordinates of the nodes.
         """
         one, two = (self.state(*state) for state in (start, end))
-        above, grown = two.pressure - self.gases.outside, two.volume - one.volume
+        above, grown = two.pressure - self.gases.arrays.laws[:, ABOVE], two.volume - one.volume
         return {name: (float(a), float(b)) for name, a, b in zip(self.names, above, grown, strict=True)}
 
-    def add_force(self, t: float, nodes: np.ndarray, force: np.ndarray) -> None:
-        """Add the forces on the coordinates (n,) of the nodes."""
-        force += (self.state(t, nodes).pressure - self.gases.outside) @ self._at(nodes).gradients
-
-    def add_force_rate(self, t: float, nodes: np.ndarray, force: np.ndarray) -> None:
-        """Add the change of the forces with time at fixed nodes."""
-        force += self.state(t, nodes).by_time @ self._at(nodes).gradients
-
-    def add_linearised(
-        self, t: float, nodes: np.ndarray, slots: list[list[np.ndarray]], force: np.ndarray, stiffness: np.ndarray
-    ) -> LowRank | None:
-        """Add the forces, and the sparse part of their negative derivatives to block data; returns the other part.
-
-        None if the pressures do not depend on the volumes and there are no lids.
-        """
-        state = self.state(t, nodes)
-        above = (state.pressure - self.gases.outside).tolist()
-        gradients = self._at(nodes).gradients
-        for surface, pressure, gradient, own in zip(self._surfaces, above, gradients, slots, strict=True):
-            force += pressure * gradient
-            surface.add_stiffness(nodes, pressure, own, stiffness)
-        found = LowRank(gradients, -state.by_volume) if np.any(state.by_volume) else None
-        for k, area in enumerate(self._areas):
-            if area.folds is not None:
-                weights = np.zeros((len(gradients) + 1, len(gradients) + 1))
-                weights[:-1, -1] = -state.by_area[:, k]
-                found = LowRank(np.array([*gradients, area.gradient(nodes)]), weights).plus(found)
-        for surface, pressure in zip(self._surfaces, above, strict=True):
-            for lid in surface.lids:
-                found = lid.low_rank(nodes, surface.sign * pressure).plus(found)
-        return found
-
     def compressions(self, nodes: np.ndarray) -> Iterator[tuple[float, np.ndarray]]:
-        """Stiffness -dp/dV (Pa/m^3) of the last accepted state and gradient (n,) of every chamber."""
+        """Stiffness -dp/dV (Pa/m^3) of the last accepted state and gradient (m,) of every chamber."""
         state = self.state(float(self.gases.memory()[0]), nodes)
-        for gradient, stiffness in zip(self._at(nodes).gradients, -np.diag(state.by_volume), strict=True):
+        for gradient, stiffness in zip(self._gradients.copy(), -np.diag(state.by_volume), strict=True):
             yield float(np.nan_to_num(stiffness)), gradient
 
-    def energy(self, t: float, nodes: np.ndarray) -> float:
-        """Energy of all gases, J."""
-        return float(self.gases.energies(self.state(t, nodes)).sum())
+    # memory -----------------------------------------------------------------------------------------------------------
 
-    def power(self, t: float, nodes: np.ndarray, rates: np.ndarray, before: float | None) -> float:
-        """Power of supplies and orifices at velocities (n,) of the nodes, W; `before` as in `Gases.power`."""
-        state = self.state(t, nodes)
-        total = self.gases.power(t, state, before)
-        above = np.where(self.gases.holds_pressure, state.pressure - self.gases.outside, 0.0)
-        return total + float(above @ (self._at(nodes).gradients @ rates))
+    def commit(self, t: float, q: np.ndarray) -> None:
+        """See `ElementGroup`."""
+        _accept_at(self._own, self._nodes, float(t), q)
+
+    @property
+    def remembered(self) -> int:
+        """See `ElementGroup`."""
+        return self.gases.remembered
+
+    def memory(self) -> np.ndarray:
+        """See `ElementGroup`."""
+        return self.gases.memory()
+
+    def restore(self, memory: np.ndarray) -> None:
+        """See `ElementGroup`."""
+        self.gases.restore(memory)
+
+
+def _surface_arrays(surfaces: Sequence[Surface]) -> SurfaceArrays:
+    """Arrays of all surfaces; their triangles have shapes of one kind."""
+    faces = [surface.faces for surface in surfaces]
+    width = faces[0].vectors.shape[1]
+    vectors, counts = [one.vectors for one in faces], [len(one.vectors) for one in faces]
+    used, sums, lids, planes, row = [], [], [], list[list[float]](), sum(counts)
+    rings: list[Lid] = []
+    for k, (chamber, own, covers) in enumerate(surfaces):
+        corners = own.vectors if width == 3 else own.vectors[:, ::3]
+        at = np.unique(np.concatenate([own.vectors.ravel(), *(lid.nodes for lid in covers)]))
+        used.append(np.column_stack([at, np.isin(at, corners)]))
+        sums.append([*np.isin(range(3), chamber.axes), *chamber.origin, chamber.sign])
+        for lid in covers:
+            edges = lid.nodes[lid.edges]
+            vectors.append(np.column_stack([edges[:, 0], *[edges[:, 1]] * (width - 1)]))
+            lids.append([k, lid.whole, row])
+            fixed = dict(lid.planes)
+            planes.append([*(float(axis in fixed) for axis in range(3)), *(fixed.get(axis, 0.0) for axis in range(3))])
+            rings.append(lid)
+            row += len(edges)
+    first, second = np.triu_indices(width, 1)
+    return SurfaceArrays(
+        np.ascontiguousarray(np.concatenate(vectors), dtype=np.int64), np.repeat(np.arange(len(faces)), counts),
+        np.array([first, second], dtype=np.int64), np.concatenate([one.coefficients for one in faces]),
+        np.array(sums, dtype=float), np.concatenate(used).astype(np.int64), _starts([len(one) for one in used]),
+        _starts([len(lid.nodes) for lid in rings]),
+        np.concatenate([np.zeros(0, dtype=np.int64), *(lid.nodes for lid in rings)]),
+        np.concatenate([np.zeros(0), *(lid.weights for lid in rings)]), np.array(lids, dtype=np.int64).reshape(-1, 3),
+        np.array(planes, dtype=float).reshape(-1, 6),
+    )  # fmt: skip
+
+
+def _area_arrays(areas: Sequence[OrificeArea]) -> AreaArrays:
+    """Arrays of the areas of all orifices."""
+    folds = next((area.folds for area in areas if area.folds is not None), None)
+    vectors, factors, near = np.zeros((0, 4), dtype=np.int64), np.zeros((0, 3, 4)), np.zeros(0)
+    if folds is not None:
+        vectors, factors, near = folds.arrays[:3]
+    shares = np.zeros((len(areas), len(vectors)))
+    for row, area in zip(shares, areas, strict=True):
+        if area.lengths is not None:
+            row[:] = area.lengths / area.lengths.sum()
+    curves = [np.reshape(area.orifice.area_by_angle, (-1, 2)) for area in areas]
+    return AreaArrays(
+        np.array([area.orifice.area or 0.0 for area in areas]), vectors, factors, near, shares,
+        _starts([len(curve) for curve in curves]), np.concatenate([np.zeros((0, 2)), *curves]),
+    )  # fmt: skip
+
+
+def _starts(counts: Sequence[int]) -> np.ndarray:
+    """First row of each of several parts, and number of all rows."""
+    return np.cumsum([0, *counts], dtype=np.int64)

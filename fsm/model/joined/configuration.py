@@ -88,6 +88,11 @@ class JoinedConfiguration(SegmentSystem):
         return next((group.first for group in groups), 0)
 
     @property
+    def energies_of_pressing(self) -> tuple[str, ...]:
+        """Names of energies of groups of nodes besides those of the mesh."""
+        return ()
+
+    @property
     def frames_near(self) -> np.ndarray:
         """Quaternions of the frames in the last accepted state, (n, 4)."""
         return self._near

@@ -14,13 +14,17 @@ changes linearly. The flows between two chambers cancel, so the mass is conserve
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from functools import cached_property
+from itertools import islice
+from typing import NamedTuple
 
 import numpy as np
 
 from fsm.case.models.gas import OUTSIDE, Gas, Orifice
-from fsm.kernels.programs import Program
+from fsm.kernels.addresses import floats_1d, floats_2d, integers_2d
+from fsm.kernels.dense import solve_dense
+from fsm.kernels.jit import kernel
+from fsm.kernels.pieces import pieces_at, program_at
+from fsm.kernels.programs import Pieces, Program, table_of
 from fsm.model.bodies.time_function import time_function
 
 _STAGE = 1.0 - math.sqrt(0.5)
@@ -33,79 +37,49 @@ _NO_TIME = 1e-12
 """Length of a step in which nothing flows, s."""
 _NEWTON = 30
 _TOLERANCE = 1e-13
+_ISOTHERMAL, _ADIABATIC, HELD = 0.0, 1.0, 2.0
+"""Kinds of a gas: the supply of the last kind holds the pressure."""
+KIND, _CONSTANT, _RATIO, _WARMTH, ABOVE, _FIRST_VOLUME = range(6)
+"""Columns of `GasArrays.laws`."""
 
 
-@dataclass(frozen=True)
-class Supply:
-    """Program of a supply: mass (kg) and its rate (kg/s), or pressure (Pa) and its rate."""
+class GasArrays(NamedTuple):
+    """Arrays of the gases of k chambers with n orifices.
 
-    gas: Gas
-
-    @cached_property
-    def program(self) -> Program:
-        """Pressure that the supply holds (Pa), or mass of gas given since time zero (kg), over time."""
-        gas, time = self.gas, time_function(self.gas.time)
-        if gas.supply_flow is not None:
-            return time.integral().scaled(gas.supply_flow)
-        return time.scaled(gas.supply_pressure or gas.supply_mass or 0.0)
-
-    def pressure(self, t: float) -> float | None:
-        """Absolute pressure that the supply holds, Pa; None if it gives gas."""
-        return None if self.gas.supply_pressure is None else self.program.at(t)[0]
-
-    def pressure_rate(self, t: float) -> float:
-        """Rate of this pressure, Pa/s."""
-        return 0.0 if self.gas.supply_pressure is None else self.program.at(t)[1]
-
-    def mass(self, t: float) -> float:
-        """Mass of gas given since time zero, kg."""
-        return self.program.at(t)[0] if self.gas.supply_pressure is None else 0.0
-
-    def flow(self, t: float) -> float:
-        """Mass flow, kg/s."""
-        return self.program.at(t)[1] if self.gas.supply_pressure is None else 0.0
-
-
-def nozzle(before: float, behind: float, warmth: float, ratio: float) -> tuple[float, float, float, float]:
-    """Mass flow per area through a nozzle, kg/(m^2 s), and its derivatives.
-
-    Parameters
+    Attributes
     ----------
-    before, behind : pressures on both sides of the nozzle, Pa; `before` is the larger pressure
-    warmth : R T before the nozzle, J/kg
-    ratio : heat ratio gamma
-
-    Returns
-    -------
-    flow, and its derivatives with respect to the three parameters
+    laws : (k, 6) array
+        Kind, gas constant (J/(kg K)), heat ratio, temperature of the supply (K), pressure outside (Pa), and volume at the
+        start (m^3).
+    ends : (n, 2) int array
+        Chambers at both ends of each orifice; k is the outside.
+    discharge : (n,) array
+    supplies : one program for each gas
+        Pressure that the supply holds (Pa), or mass of gas given since time zero (kg).
+    last : (1 + 3 k + n,) array
+        Time, volumes, masses, p V^gamma and areas of orifices of the last accepted state.
     """
-    if before <= 0.0:
-        return 0.0, 0.0, 0.0, 0.0
-    critical = (2.0 / (ratio + 1.0)) ** (ratio / (ratio - 1.0))
-    pi = behind / before
-    if pi > _LAMINAR:
-        psi, _ = _nozzle_factor(_LAMINAR, ratio)
-        by_pi = -psi / (1.0 - _LAMINAR)
-        psi = by_pi * (pi - 1.0)
-    elif pi > critical:
-        psi, by_pi = _nozzle_factor(pi, ratio)
-    else:
-        psi, by_pi = _nozzle_factor(critical, ratio)[0], 0.0
-    scale = 1.0 / math.sqrt(warmth)
-    flow = before * scale * psi
-    return flow, scale * (psi - pi * by_pi), scale * by_pi, -0.5 * flow / warmth
+
+    laws: np.ndarray
+    ends: np.ndarray
+    discharge: np.ndarray
+    supplies: Pieces
+    last: np.ndarray
 
 
-def _nozzle_factor(pi: float, ratio: float) -> tuple[float, float]:
-    """sqrt(2 g/(g - 1) (pi^(2/g) - pi^((g + 1)/g))) and its slope."""
-    one, two = 2.0 / ratio, (ratio + 1.0) / ratio
-    scale = 2.0 * ratio / (ratio - 1.0)
-    psi = math.sqrt(scale * (pi**one - pi**two))
-    return psi, 0.5 * scale * (one * pi ** (one - 1.0) - two * pi ** (two - 1.0)) / psi
+GAS_ROWS = 4 + len(Pieces._fields)
+"""Number of rows of `GasArrays` in a table."""
 
 
-@dataclass(frozen=True, eq=False)
-class GasState:
+@kernel
+def gases_of(t: np.ndarray, k: int) -> GasArrays:
+    """Gases in a table of `fsm.kernels.addresses`, from row k on."""
+    return GasArrays(
+        floats_2d(t, k), integers_2d(t, k + 1), floats_1d(t, k + 2), pieces_at(t, k + 3), floats_1d(t, k + GAS_ROWS - 1)
+    )
+
+
+class GasState(NamedTuple):
     """State of all chambers at a time, (k,) arrays.
 
     Attributes
@@ -134,6 +108,390 @@ class GasState:
     by_time: np.ndarray
 
 
+@kernel
+def nozzle(before: float, behind: float, warmth: float, ratio: float) -> tuple[float, float, float, float]:
+    """Mass flow per area through a nozzle, kg/(m^2 s), and its derivatives.
+
+    Parameters
+    ----------
+    before, behind : pressures on both sides of the nozzle, Pa; `before` is the larger pressure
+    warmth : R T before the nozzle, J/kg
+    ratio : heat ratio gamma
+
+    Returns
+    -------
+    flow, and its derivatives with respect to the three parameters
+    """
+    if not before > 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    critical = (2.0 / (ratio + 1.0)) ** (ratio / (ratio - 1.0))
+    pi = behind / before
+    if pi > _LAMINAR:
+        psi, _ = _nozzle_factor(_LAMINAR, ratio)
+        by_pi = -psi / (1.0 - _LAMINAR)
+        psi = by_pi * (pi - 1.0)
+    elif pi > critical:
+        psi, by_pi = _nozzle_factor(pi, ratio)
+    else:
+        psi, by_pi = _nozzle_factor(critical, ratio)[0], 0.0
+    scale = 1.0 / math.sqrt(warmth)
+    flow = before * scale * psi
+    return flow, scale * (psi - pi * by_pi), scale * by_pi, -0.5 * flow / warmth
+
+
+@kernel
+def _nozzle_factor(pi: float, ratio: float) -> tuple[float, float]:
+    """sqrt(2 g/(g - 1) (pi^(2/g) - pi^((g + 1)/g))) and its slope."""
+    one, two = 2.0 / ratio, (ratio + 1.0) / ratio
+    scale = 2.0 * ratio / (ratio - 1.0)
+    psi = math.sqrt(scale * (pi**one - pi**two))
+    return psi, 0.5 * scale * (one * pi ** (one - 1.0) - two * pi ** (two - 1.0)) / psi
+
+
+@kernel
+def _given(g: GasArrays, i: int, t: float) -> tuple[float, float]:
+    """Mass of gas that the supply has given since time zero, kg, and its rate."""
+    if g.laws[i, KIND] == HELD:
+        return 0.0, 0.0
+    mass, flow, _ = program_at(g.supplies, i, t)
+    return mass, flow
+
+
+@kernel
+def _heat(law: np.ndarray) -> float:
+    """(gamma - 1) c_p T of the supply, J/kg."""
+    return float(law[_RATIO] * law[_CONSTANT] * law[_WARMTH])
+
+
+@kernel
+def _pressure(law: np.ndarray, volume: float, mass: float, entropy: float, partial: np.ndarray) -> float:
+    """Pressure of a gas whose supply does not hold it; writes its derivatives (3,) by mass, p V^gamma and volume."""
+    if law[KIND] == _ADIABATIC:
+        power = volume ** -law[_RATIO]
+        pressure = entropy * power
+        partial[0], partial[1], partial[2] = 0.0, power, -law[_RATIO] * pressure / volume
+        return float(pressure)
+    warmth = law[_CONSTANT] * law[_WARMTH]
+    pressure = mass * warmth / volume
+    partial[0], partial[1], partial[2] = warmth / volume, 0.0, -pressure / volume
+    return float(pressure)
+
+
+@kernel
+def _temperature(law: np.ndarray, volume: float, mass: float, pressure: float) -> float:
+    """Temperature of a gas, K."""
+    if law[KIND] == _ADIABATIC and mass > 0.0:
+        return float(pressure * volume / (mass * law[_CONSTANT]))
+    return float(law[_WARMTH])
+
+
+GAS_STATE = len(GasState._fields)
+
+
+@kernel
+def gas_state_of(t: np.ndarray, k: int) -> GasState:
+    """State in a table of `fsm.kernels.addresses`, from row k on."""
+    return GasState(
+        floats_1d(t, k), floats_1d(t, k + 1), floats_1d(t, k + 2), floats_1d(t, k + 3), floats_1d(t, k + 4),
+        floats_2d(t, k + 5), floats_2d(t, k + 6), floats_1d(t, k + 7), floats_1d(t, k + 8),
+    )  # fmt: skip
+
+
+def empty_state(chambers: int, orifices: int) -> GasState:
+    """Arrays of a state, filled with zeros."""
+    own, by_volume, by_area = (np.zeros(chambers) for _ in range(6)), (chambers, chambers), (chambers, orifices)
+    return GasState(*islice(own, 5), np.zeros(by_volume), np.zeros(by_area), np.zeros(orifices), *own)
+
+
+@kernel
+def set_state(g: GasArrays, t: float, s: GasState) -> None:
+    """Write the state at a time (s), with given volumes and areas of orifices."""
+    volume, area = s.volume, s.area
+    count, many = volume.shape[0], volume.shape[0] + area.shape[0]
+    s.by_volume[:], s.by_area[:] = 0.0, 0.0
+    drivers, y, by_drivers, rates = np.empty(many), np.empty(2 * count), np.zeros((2 * count, many)), np.zeros(2 * count)
+    for i in range(count):
+        drivers[i] = volume[i] if volume[i] > 0.0 else np.nan
+    drivers[count:] = area
+    if area.shape[0] > 0:
+        _with_flow(g, t, drivers, y, by_drivers, rates)
+    else:
+        for i in range(count):
+            less, size, (mass, flow) = g.laws[i, _RATIO] - 1.0, drivers[i], _given(g, i, t)
+            given, heat = mass - _given(g, i, g.last[0])[0], _heat(g.laws[i])
+            mean = 0.5 * (g.last[1 + i] ** less + size**less)
+            y[i], y[count + i] = g.last[1 + count + i] + given, g.last[1 + 2 * count + i] + heat * given * mean
+            by_drivers[count + i, i] = heat * given * (0.5 * less * size ** (less - 1.0))
+            rates[i], rates[count + i] = flow, heat * flow * mean
+    partial = np.empty(3)
+    for i in range(count):
+        s.mass[i], s.entropy[i] = y[i], y[count + i]
+        if g.laws[i, KIND] == HELD:
+            s.pressure[i], s.by_time[i], _ = program_at(g.supplies, i, t)
+            warmth = g.laws[i, _CONSTANT] * g.laws[i, _WARMTH]
+            s.mass[i] = s.pressure[i] * max(volume[i], 0.0) / warmth
+        else:
+            s.pressure[i] = _pressure(g.laws[i], drivers[i], y[i], y[count + i], partial)
+            s.by_time[i] = partial[0] * rates[i] + partial[1] * rates[count + i]
+            for j in range(many):
+                slope = partial[0] * by_drivers[i, j] + partial[1] * by_drivers[count + i, j]
+                if j < count:
+                    s.by_volume[i, j] = slope + partial[2] if i == j else slope
+                else:
+                    s.by_area[i, j - count] = slope
+        s.temperature[i] = _temperature(g.laws[i], drivers[i], s.mass[i], s.pressure[i])
+
+
+# flow -------------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _with_flow(
+    g: GasArrays, t: float, drivers: np.ndarray, y: np.ndarray, dy: np.ndarray, rates: np.ndarray
+) -> None:
+    """Write mass and p V^gamma (2 k,) after a step, with derivatives (2 k, k + n), zero before, and (2 k,) by time.
+
+    `drivers` (k + n,) are the volumes and the areas of the orifices at the end; the first derivatives refer to these.
+    """
+    many, size = drivers.shape[0], y.shape[0]
+    count, begin = size // 2, g.last[0]
+    start, before, step = g.last[1 + count : 1 + 3 * count], np.empty(many), t - begin
+    before[:count], before[count:] = g.last[1 : 1 + count], g.last[1 + 3 * count :]
+    by_y, by_v, supply = np.empty((size, size)), np.empty((size, many)), np.empty(count)
+    for i in range(count):
+        supply[i] = _given(g, i, t)[1]
+    y[:] = start
+    if abs(step) <= _NO_TIME:
+        _rates(g, t, drivers, start, supply, rates, by_y, by_v)
+        return
+    pieces, right, first = _pieces(g, t, before, supply, step), np.empty(size), np.empty(count)
+    matrix, now, done = np.empty((size, size)), np.empty(many), np.empty((size, many))
+    for piece in range(pieces):
+        h, at = step / pieces, begin + piece / pieces * step
+        part, rest = _STAGE * h, (1.0 - _STAGE) * h
+        right[:] = y
+        for stage in range(2):
+            way = (piece + (_STAGE if stage == 0 else 1.0)) / pieces
+            now[:] = before + way * (drivers - before)
+            for i in range(count):
+                mass = _given(g, i, at)[0]
+                if stage == 0:
+                    first[i] = supply[i] = (_given(g, i, at + part)[0] - mass) / part
+                else:
+                    supply[i] = (_given(g, i, at + h)[0] - mass - rest * first[i]) / part
+            _stage(g, at + (part if stage == 0 else h), now, right, part, supply, y, rates, by_y, by_v)
+            done[:] = dy + part * way * by_v
+            for i in range(size):
+                for j in range(size):
+                    matrix[i, j] = (1.0 if i == j else 0.0) - part * by_y[i, j]
+            solve_dense(matrix, done)
+            if stage == 0:
+                for i in range(size):
+                    right[i] += rest * rates[i]
+                    for j in range(many):
+                        for k in range(size):
+                            dy[i, j] += rest * by_y[i, k] * done[k, j]
+                        dy[i, j] += rest * way * by_v[i, j]
+            else:
+                dy[:] = done
+
+
+@kernel
+def _pieces(g: GasArrays, t: float, drivers: np.ndarray, supply: np.ndarray, step: float) -> int:
+    """Number of parts of a step in which masses and energies change by a moderate factor."""
+    count = supply.shape[0]
+    start, rates = g.last[1 + count : 1 + 3 * count], np.empty(2 * count)
+    _rates(g, t, drivers, start, supply, rates, np.empty((2 * count, 2 * count)), np.empty((2 * count, drivers.shape[0])))
+    change = 0.0
+    for half in range(2):
+        mean = start[half * count : (half + 1) * count].mean()
+        for i in range(half * count, (half + 1) * count):
+            scale = max(start[i], 0.1 * mean)
+            part = abs(step) * abs(rates[i] / (scale if scale > 0.0 else 1.0))
+            if not math.isfinite(part):
+                return 1
+            change = max(change, part)
+    return int(min(max(math.ceil(_PIECES * change), 1), _MOST_PIECES))
+
+
+@kernel
+def _stage(
+    g: GasArrays, t: float, drivers: np.ndarray, start: np.ndarray, part: float, supply: np.ndarray, y: np.ndarray,
+    rates: np.ndarray, by_y: np.ndarray, by_v: np.ndarray,
+) -> None:  # fmt: skip
+    """Write the solution of y = start + part f(y) by Newton's method, with f, df/dy and derivatives by the drivers."""
+    size = start.shape[0]
+    matrix, change = np.empty((size, size)), np.empty((size, 1))
+    y[:] = start
+    for _ in range(_NEWTON):
+        _rates(g, t, drivers, y, supply, rates, by_y, by_v)
+        for i in range(size):
+            change[i, 0] = start[i] + part * rates[i] - y[i]
+            for j in range(size):
+                matrix[i, j] = (1.0 if i == j else 0.0) - part * by_y[i, j]
+        solve_dense(matrix, change)
+        largest = 0.0
+        for i in range(size):
+            # a chamber loses at most nine tenths of its gas in an iteration
+            by = max(change[i, 0], -0.9 * max(y[i], 0.0))
+            y[i] += by
+            largest = max(largest, abs(by) / max(abs(start[i]), 1e-30))
+        if not largest > _TOLERANCE:
+            break
+    _rates(g, t, drivers, y, supply, rates, by_y, by_v)
+    for i in range(size):
+        y[i] = start[i] + part * rates[i]
+
+
+@kernel
+def _at(g: GasArrays, pressure: np.ndarray, end: int, other: int) -> float:
+    """Pressure at an end of an orifice, Pa."""
+    return float(pressure[end] if end < pressure.shape[0] else g.laws[other, ABOVE])
+
+
+@kernel
+def _ends(g: GasArrays, k: int, pressure: np.ndarray) -> tuple[int, int, int]:
+    """Ends of an orifice with the larger and the smaller pressure, and the chamber whose gas flows."""
+    a, b = g.ends[k, 0], g.ends[k, 1]
+    up, down = (a, b) if _at(g, pressure, a, b) >= _at(g, pressure, b, a) else (b, a)
+    return up, down, up if up < pressure.shape[0] else down
+
+
+@kernel
+def _rates(
+    g: GasArrays, t: float, drivers: np.ndarray, y: np.ndarray, supply: np.ndarray, rates: np.ndarray, by_y: np.ndarray,
+    by_v: np.ndarray,
+) -> None:  # fmt: skip
+    """Write the rates f (2 k,) of masses and p V^gamma, and derivatives by these and by the drivers (2 k, k + n)."""
+    count = supply.shape[0]
+    pressure, by_state, grown = np.empty(count), np.zeros((count, 3)), np.empty(count)
+    warmth, by_warmth = np.empty(count), np.zeros((count, 3))  # R T
+    by_y[:], by_v[:] = 0.0, 0.0
+    for i in range(count):
+        law, volume, mass = g.laws[i], drivers[i], y[i]
+        if law[KIND] == HELD:
+            pressure[i] = program_at(g.supplies, i, t)[0]
+            warmth[i] = law[_CONSTANT] * law[_WARMTH]
+        else:
+            pressure[i] = _pressure(law, volume, mass, y[count + i], by_state[i])
+            warmth[i] = law[_CONSTANT] * _temperature(law, volume, mass, pressure[i])
+        if law[KIND] == _ADIABATIC and mass > 0.0:
+            by_warmth[i, 0] = (by_state[i, 0] * volume - warmth[i]) / mass
+            by_warmth[i, 1] = by_state[i, 1] * volume / mass
+            by_warmth[i, 2] = (by_state[i, 2] * volume + pressure[i]) / mass
+        less = law[_RATIO] - 1.0
+        grown[i] = less * volume**less * law[_RATIO] / less if law[KIND] == _ADIABATIC else 0.0
+        heat = grown[i] * law[_CONSTANT] * law[_WARMTH] * supply[i]
+        rates[i], rates[count + i] = supply[i], heat
+        by_v[count + i, i] = less / volume * heat
+    for k in range(g.discharge.shape[0]):
+        _add_flow(g, k, drivers, pressure, by_state, warmth, by_warmth, grown, rates, by_y, by_v)
+
+
+@kernel
+def _add_flow(
+    g: GasArrays, k: int, drivers: np.ndarray, pressure: np.ndarray, by_state: np.ndarray, warmth: np.ndarray,
+    by_warmth: np.ndarray, grown: np.ndarray, rates: np.ndarray, by_y: np.ndarray, by_v: np.ndarray,
+) -> None:  # fmt: skip
+    """Add the flow through an orifice; `grown` (k,) are the factors gamma V^(gamma - 1) of adiabatic gases, else 0."""
+    count, size = pressure.shape[0], by_v.shape[1]
+    up, down, gas = _ends(g, k, pressure)
+    out = g.laws[gas, _CONSTANT] * g.laws[gas, _WARMTH] if up == count else warmth[up]
+    ends = _at(g, pressure, up, down), _at(g, pressure, down, up)
+    one, by_up, by_down, by_out = nozzle(ends[0], ends[1], out, g.laws[gas, _RATIO])
+    open_ = g.discharge[k] * drivers[count + k]
+    flow, of_y, of_v = open_ * one, np.zeros(2 * count), np.zeros(size)
+    heat_y, heat_v = np.zeros(2 * count), np.zeros(size)  # of R T of the gas that flows
+    of_v[count + k] = g.discharge[k] * one
+    for end, slope in ((up, open_ * by_up), (down, open_ * by_down)):
+        if end < count:
+            of_y[end] += slope * by_state[end, 0]
+            of_y[count + end] += slope * by_state[end, 1]
+            of_v[end] += slope * by_state[end, 2]
+    if up < count:
+        heat_y[up], heat_y[count + up], heat_v[up] = by_warmth[up, 0], by_warmth[up, 1], by_warmth[up, 2]
+        of_y += open_ * by_out * heat_y
+        of_v += open_ * by_out * heat_v
+    for end, sense in ((up, -1.0), (down, 1.0)):
+        if end == count:
+            continue
+        factor = sense * grown[end]
+        rates[end] += sense * flow
+        by_y[end] += sense * of_y
+        by_v[end] += sense * of_v
+        rates[count + end] += factor * out * flow
+        by_y[count + end] += factor * (out * of_y + flow * heat_y)
+        by_v[count + end] += factor * (out * of_v + flow * heat_v)
+        by_v[count + end, end] += factor * (g.laws[end, _RATIO] - 1.0) / drivers[end] * out * flow
+
+
+# energy -----------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _compressed(law: np.ndarray, volume: float) -> float:
+    """ln(V0/V) of a chamber."""
+    return math.log(law[_FIRST_VOLUME] / volume) if law[_FIRST_VOLUME] > 0.0 and volume > 0.0 else np.nan
+
+
+@kernel
+def gas_energies(g: GasArrays, s: GasState) -> np.ndarray:
+    """Energy of every gas and of the surroundings that it displaces, J.
+
+    Isothermal: m R T ln(V0/V), the work that compresses the gas from the volume V0 of the chamber at the start. It is
+    the free energy without a function of the mass alone, and is finite for an empty chamber. Adiabatic: m c_v T.
+    """
+    out = np.zeros(s.volume.shape[0])
+    for i in range(out.shape[0]):
+        law = g.laws[i]
+        if law[KIND] != HELD:
+            adiabatic = law[KIND] == _ADIABATIC
+            factor = 1.0 / (law[_RATIO] - 1.0) if adiabatic else _compressed(law, s.volume[i])
+            out[i] = s.pressure[i] * s.volume[i] * factor + law[ABOVE] * s.volume[i]
+    return out
+
+
+@kernel
+def gas_power(g: GasArrays, t: float, s: GasState, span: float) -> float:
+    """Power of the supply and of flow through orifices, W.
+
+    A mass that enters an isothermal chamber brings the energy R T ln(V0/V) for each kg, and takes it along through an
+    orifice. The supply is the mean of the `span` (s) between another time and t, or its value at t if `span` is zero.
+    """
+    count, total, level, at = s.volume.shape[0], 0.0, np.zeros(s.volume.shape[0]), t
+    if t > 0.0:  # the rate before a break
+        at = t - math.ldexp(1.0, math.frexp(t)[1] - 53)
+    for i in range(count):
+        law = g.laws[i]
+        if law[KIND] == HELD:
+            continue
+        flow = (_given(g, i, t)[0] - _given(g, i, t - span)[0]) / span if span != 0.0 else _given(g, i, at)[1]
+        level[i] = law[_CONSTANT] * law[_WARMTH] * _compressed(law, s.volume[i])
+        if flow != 0.0:
+            heat = _heat(law) / (law[_RATIO] - 1.0)
+            total += flow * (heat if law[KIND] == _ADIABATIC else level[i])
+    for k in range(g.discharge.shape[0]):
+        up, down, gas = _ends(g, k, s.pressure)
+        out = g.laws[gas, _CONSTANT] * (g.laws[gas, _WARMTH] if up == count else s.temperature[up])
+        ends = _at(g, s.pressure, up, down), _at(g, s.pressure, down, up)
+        through = g.discharge[k] * s.area[k] * nozzle(ends[0], ends[1], out, g.laws[gas, _RATIO])[0]
+        for end, sense in ((up, -1.0), (down, 1.0)):
+            if end < count and g.laws[end, KIND] != HELD:
+                capacity = g.laws[end, _RATIO] / (g.laws[end, _RATIO] - 1.0)
+                total += sense * through * (capacity * out if g.laws[end, KIND] == _ADIABATIC else level[end])
+    return total
+
+
+@kernel
+def accept_gas(g: GasArrays, t: float, s: GasState) -> None:
+    """Accept a state."""
+    count = s.volume.shape[0]
+    g.last[0] = t
+    for i in range(count):
+        g.last[1 + i], g.last[1 + count + i], g.last[1 + 2 * count + i] = s.volume[i], s.mass[i], s.entropy[i]
+    g.last[1 + 3 * count :] = s.area
+
+
 class Gases:
     """Gases of all chambers, with their state at the last accepted time.
 
@@ -143,270 +501,77 @@ class Gases:
     orifices : tuple of Orifice
     volume, area : (k,) and (n,) arrays, m^3 and m^2
         Volumes of the chambers and areas of the orifices at the start.
+
+    Attributes
+    ----------
+    arrays : GasArrays
+    start : memory at the start
     """
 
     def __init__(self, gases: tuple[Gas, ...], orifices: tuple[Orifice, ...], volume: np.ndarray, area: np.ndarray) -> None:
-        self.gases, self.orifices = gases, orifices
-        self.supplies = tuple(Supply(gas) for gas in gases)
         names = [gas.name for gas in gases] + [OUTSIDE]
-        self._ends = [tuple(names.index(name) for name in orifice.between) for orifice in orifices]
-        self._adiabatic = np.array([gas.law == "adiabatic" for gas in gases])
-        self._constant = np.array([gas.gas_constant for gas in gases])
-        self._ratio = np.array([gas.heat_ratio for gas in gases])
-        self._warmth = np.array([gas.temperature for gas in gases])
-        self.holds_pressure = np.array([gas.supply_pressure is not None for gas in gases])
-        self.outside = np.array([gas.outside_pressure for gas in gases])
-        pressure = np.array([supply.pressure(0.0) or supply.gas.at_start for supply in self.supplies])
-        warmth = self._constant * self._warmth
-        mass = pressure * volume / warmth + [supply.mass(0.0) for supply in self.supplies]
+        ends = [[names.index(name) for name in orifice.between] for orifice in orifices]
+        kinds = [HELD if gas.supply_pressure is not None else float(gas.law == "adiabatic") for gas in gases]
+        own = [[gas.gas_constant, gas.heat_ratio, gas.temperature, gas.outside_pressure] for gas in gases]
+        laws = np.column_stack([kinds, np.reshape(own, (-1, 4)), volume])
+        self.programs = tuple(_supply(gas) for gas in gases)
+        held, given = laws[:, KIND] == HELD, np.array([program.at(0.0)[0] for program in self.programs])
+        pressure = np.where(held & (given != 0.0), given, [gas.at_start for gas in gases])
+        warmth = laws[:, _CONSTANT] * laws[:, _WARMTH]
+        mass = pressure * volume / warmth + np.where(held, 0.0, given)
         pressure = np.where(volume > 0.0, mass * warmth / np.where(volume > 0.0, volume, 1.0), pressure)
-        self._start = np.concatenate([[0.0], volume, mass, pressure * volume**self._ratio, area])
-        self.last = self._start.copy()
+        self.start = np.concatenate([[0.0], volume, mass, pressure * volume ** laws[:, _RATIO], area])
+        self.arrays = GasArrays(
+            laws, np.array(ends, dtype=np.int64).reshape(-1, 2), np.array([one.discharge for one in orifices], dtype=float),
+            table_of(self.programs), self.start.copy(),
+        )  # fmt: skip
 
-    # memory -----------------------------------------------------------------------------------------------------------
+    @property
+    def table(self) -> list[np.ndarray]:
+        """Arrays in the order of the rows of `gases_of`."""
+        laws, ends, discharge, supplies, last = self.arrays
+        return [laws, ends, discharge, *supplies, last]
 
     @property
     def remembered(self) -> int:
         """Size of the memory."""
-        return len(self._start)
+        return len(self.start)
 
     def memory(self) -> np.ndarray:
         """Time, volumes, masses, p V^gamma and areas of orifices of the last accepted state."""
-        return self.last.copy()
+        return self.arrays.last.copy()
 
     def restore(self, memory: np.ndarray) -> None:
         """Set the memory; an empty array resets it."""
-        self.last = memory.copy() if len(memory) else self._start.copy()
+        self.arrays.last[:] = memory if len(memory) else self.start
 
     def commit(self, t: float, volume: np.ndarray, area: np.ndarray) -> None:
         """Accept a state."""
-        state = self.state(t, volume, area)
-        self.last = np.concatenate([[t], volume, state.mass, state.entropy, area])
+        accept_gas(self.arrays, t, self.state(t, volume, area))
 
     def break_times(self) -> list[float]:
         """Times at which a supply is not smooth, s."""
-        return sorted({time for supply in self.supplies for time in supply.program.breaks()})
-
-    # state ------------------------------------------------------------------------------------------------------------
+        return sorted({time for program in self.programs for time in program.breaks()})
 
     def state(self, t: float, volume: np.ndarray, area: np.ndarray) -> GasState:
         """State at a time (s), with given volumes (k,), m^3, and areas of orifices (n,), m^2."""
-        begin, count = float(self.last[0]), len(self.gases)
-        given = np.array([supply.mass(t) - supply.mass(begin) for supply in self.supplies])
-        flow = np.array([supply.flow(t) for supply in self.supplies])
-        before, mass, entropy = (self.last[1 + k * count : 1 + (k + 1) * count] for k in range(3))
-        less = self._ratio - 1.0
-        heat = less * self._heat_capacity * self._warmth  # (gamma - 1) c_p T of the supply
-        with np.errstate(invalid="ignore", divide="ignore"):
-            held = volume > 0.0
-            size = np.where(held, volume, np.nan)
-            mean, slope_of_mean = 0.5 * (before**less + size**less), 0.5 * less * size ** (less - 1.0)
-            if self.orifices:
-                mass, entropy, by_drivers, by_time = self._with_flow(t, np.concatenate([size, area]))
-            else:
-                mass = mass + given
-                entropy = entropy + heat * given * mean
-                by_drivers = np.stack([np.zeros((count, count)), np.diag(heat * given * slope_of_mean)])
-                by_time = np.stack([flow, heat * flow * mean])
-            pressure, partial = self._pressure(t, size, mass, entropy)
-        total = partial[0, :, None] * by_drivers[0] + partial[1, :, None] * by_drivers[1]
-        total[:, :count] += np.diag(partial[2])
-        rate = partial[0] * by_time[0] + partial[1] * by_time[1]
-        rate = np.where(self.holds_pressure, [supply.pressure_rate(t) for supply in self.supplies], rate)
-        total[self.holds_pressure] = 0.0
-        mass = np.where(self.holds_pressure, pressure * np.maximum(volume, 0.0) / (self._constant * self._warmth), mass)
-        return GasState(
-            volume, mass, entropy, pressure, self._temperature(size, mass, pressure)[0], total[:, :count],
-            total[:, count:], area, rate,
-        )  # fmt: skip
-
-    @property
-    def _heat_capacity(self) -> np.ndarray:
-        """c_p, J/(kg K)."""
-        return self._ratio * self._constant / (self._ratio - 1.0)
-
-    def _pressure(
-        self, t: float, volume: np.ndarray, mass: np.ndarray, entropy: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Pressures, and their derivatives (3, k) with respect to mass, p V^gamma and volume."""
-        warmth = self._constant * self._warmth
-        power = volume**-self._ratio
-        pressure = np.where(self._adiabatic, entropy * power, mass * warmth / volume)
-        none = np.zeros(len(volume))
-        partial = np.array([
-            np.where(self._adiabatic, none, warmth / volume), np.where(self._adiabatic, power, none),
-            np.where(self._adiabatic, -self._ratio, -1.0) * pressure / volume,
-        ])  # fmt: skip
-        given = np.array([supply.pressure(t) or 0.0 for supply in self.supplies])
-        partial[:, self.holds_pressure] = 0.0
-        return np.where(self.holds_pressure, given, pressure), partial
-
-    def _temperature(self, volume: np.ndarray, mass: np.ndarray, pressure: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Temperatures, and whether they follow from the state."""
-        follows = self._adiabatic & ~self.holds_pressure & (mass > 0.0)
-        safe = np.where(follows, mass, 1.0)
-        return np.where(follows, pressure * volume / (safe * self._constant), self._warmth), follows
-
-    # flow -------------------------------------------------------------------------------------------------------------
-
-    def _with_flow(self, t: float, drivers: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Mass and p V^gamma (k,) after a step, with derivatives (2, k, k + n) and (2, k) by time.
-
-        `drivers` (k + n,) are the volumes and the areas of the orifices at the end; the first derivatives refer to these.
-        """
-        count, begin = len(self.gases), float(self.last[0])
-        start = self.last[1 + count : 1 + 3 * count]
-        before = np.concatenate([self.last[1 : 1 + count], self.last[1 + 3 * count :]])
-        step = t - begin
-        if abs(step) <= _NO_TIME:
-            now = self._rates(t, drivers, start, [supply.flow(t) for supply in self.supplies])[0]
-            return start[:count], start[count:], np.zeros((2, count, len(drivers))), now.reshape(2, count)
-        y, dy, pieces = start, np.zeros((2 * count, len(drivers))), self._pieces(t, before, step)
-        for piece in range(pieces):
-            h, at = step / pieces, begin + piece / pieces * step
-            part, rest = _STAGE * h, (1.0 - _STAGE) * h
-            given = [np.array([supply.mass(time) for supply in self.supplies]) for time in (at, at + part, at + h)]
-            first = (given[1] - given[0]) / part
-            second = (given[2] - given[0] - rest * first) / part
-            ways = (piece + _STAGE) / pieces, (piece + 1.0) / pieces
-            _, rates, by_y, by_v = self._stage(at + part, before + ways[0] * (drivers - before), y, part, first)
-            done = np.linalg.solve(np.eye(2 * count) - part * by_y, dy + part * ways[0] * by_v)
-            dy = dy + rest * (by_y @ done + ways[0] * by_v)
-            y, rates, by_y, by_v = self._stage(at + h, before + ways[1] * (drivers - before), y + rest * rates, part, second)
-            dy = np.linalg.solve(np.eye(2 * count) - part * by_y, dy + part * ways[1] * by_v)
-        return y[:count], y[count:], dy.reshape(2, count, -1), rates.reshape(2, count)
-
-    def _pieces(self, t: float, drivers: np.ndarray, step: float) -> int:
-        """Number of parts of a step in which masses and energies change by a moderate factor."""
-        count = len(self.gases)
-        start = self.last[1 + count : 1 + 3 * count]
-        rates = self._rates(t, drivers, start, [supply.flow(t) for supply in self.supplies])[0]
-        sizes = start.reshape(2, -1)
-        scale = np.maximum(sizes, 0.1 * sizes.mean(axis=1)[:, None]).ravel()
-        change = abs(step) * np.abs(rates / np.where(scale > 0.0, scale, 1.0)).max(initial=0.0)
-        return int(min(max(math.ceil(_PIECES * change), 1), _MOST_PIECES)) if math.isfinite(change) else 1
-
-    def _stage(
-        self, t: float, drivers: np.ndarray, start: np.ndarray, part: float, supply: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Solution y of y = start + part f(y) by Newton's method, with df/dy and derivatives with respect to the drivers."""
-        y, eye = start.copy(), np.eye(len(start))
-        scale = np.maximum(np.abs(start), 1e-30)
-        for _ in range(_NEWTON):
-            rates, by_y, by_v = self._rates(t, drivers, y, supply)
-            change = np.linalg.solve(eye - part * by_y, start + part * rates - y)
-            # a chamber loses at most nine tenths of its gas in an iteration
-            change = np.maximum(change, -0.9 * np.maximum(y, 0.0))
-            y = y + change
-            if not np.abs(change / scale).max() > _TOLERANCE:
-                break
-        rates, by_y, by_v = self._rates(t, drivers, y, supply)
-        return start + part * rates, rates, by_y, by_v
-
-    def _rates(
-        self, t: float, drivers: np.ndarray, y: np.ndarray, supply: np.ndarray | list[float]
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Rates f (2 k,) of masses and p V^gamma, and derivatives with respect to these and to the drivers (2 k, k + n)."""
-        count = len(self.gases)
-        volume, area = drivers[:count], drivers[count:]
-        mass, entropy = y[:count], y[count:]
-        pressure, by_state = self._pressure(t, volume, mass, entropy)
-        warmth, by_warmth = self._warmths(volume, mass, pressure, by_state)
-        less, capacity = self._ratio - 1.0, self._heat_capacity / self._constant  # of R T
-        grown = np.where(self._adiabatic, less * volume**less, 0.0)
-        rates, by_y, by_v = np.zeros(2 * count), np.zeros((2 * count, 2 * count)), np.zeros((2 * count, len(drivers)))
-        for i, flow in enumerate(supply):
-            heat = grown[i] * capacity[i] * self._constant[i] * self._warmth[i] * flow
-            rates[i] += flow
-            rates[count + i] += heat
-            by_v[count + i, i] += less[i] / volume[i] * heat
-        for k, (orifice, (a, b)) in enumerate(zip(self.orifices, self._ends, strict=True)):
-            up, down = (a, b) if self._at(pressure, a, b) >= self._at(pressure, b, a) else (b, a)
-            gas = up if up < count else down
-            out = self._constant[gas] * self._warmth[gas] if up == count else warmth[up]
-            one = nozzle(self._at(pressure, up, down), self._at(pressure, down, up), float(out), float(self._ratio[gas]))
-            flow, by_up, by_down, by_out = (orifice.discharge * float(area[k]) * x for x in one)
-            of_y, of_v = np.zeros(2 * count), np.zeros(len(drivers))
-            heat_y, heat_v = np.zeros(2 * count), np.zeros(len(drivers))  # R T of the gas that flows
-            of_v[count + k] = orifice.discharge * one[0]
-            for end, slope_of in ((up, by_up), (down, by_down)):
-                if end < count:
-                    of_y[end] += slope_of * by_state[0, end]
-                    of_y[count + end] += slope_of * by_state[1, end]
-                    of_v[end] += slope_of * by_state[2, end]
-            if up < count:
-                heat_y[up], heat_y[count + up], heat_v[up] = by_warmth[:, up]
-                of_y += by_out * heat_y
-                of_v += by_out * heat_v
-            for end, sense in ((up, -1.0), (down, 1.0)):
-                if end == count:
-                    continue
-                rates[end] += sense * flow
-                by_y[end] += sense * of_y
-                by_v[end] += sense * of_v
-                factor_of = sense * grown[end] * capacity[end]
-                rates[count + end] += factor_of * out * flow
-                by_y[count + end] += factor_of * (out * of_y + flow * heat_y)
-                by_v[count + end] += factor_of * (out * of_v + flow * heat_v)
-                by_v[count + end, end] += factor_of * less[end] / volume[end] * out * flow
-        return rates, by_y, by_v
-
-    def _at(self, pressure: np.ndarray, end: int, other: int) -> float:
-        """Pressure at an end of an orifice, Pa."""
-        return float(pressure[end] if end < len(pressure) else self.outside[other])
-
-    def _warmths(
-        self, volume: np.ndarray, mass: np.ndarray, pressure: np.ndarray, by_state: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """R T of every chamber, J/kg, and its derivatives (3, k) with respect to mass, p V^gamma and volume."""
-        temperature, follows = self._temperature(volume, mass, pressure)
-        warmth, safe = self._constant * temperature, np.where(follows, mass, 1.0)
-        partial = np.array([
-            by_state[0] * volume / safe - warmth / safe, by_state[1] * volume / safe,
-            (by_state[2] * volume + pressure) / safe,
-        ])  # fmt: skip
-        return warmth, np.where(follows, partial, 0.0)
-
-    # energy -----------------------------------------------------------------------------------------------------------
+        found = empty_state(len(volume), len(area))
+        found.volume[:], found.area[:] = volume, area
+        set_state(self.arrays, float(t), found)
+        return found
 
     def energies(self, state: GasState) -> np.ndarray:
-        """Energy of every gas and of the surroundings that it displaces, J.
-
-        Isothermal: m R T ln(V0/V), the work that compresses the gas from the volume V0 of the chamber at the start. It is
-        the free energy without a function of the mass alone, and is finite for an empty chamber. Adiabatic: m c_v T.
-        """
-        of_gas = state.pressure * state.volume
-        with np.errstate(invalid="ignore", divide="ignore"):
-            stored = of_gas * np.where(self._adiabatic, 1.0 / (self._ratio - 1.0), self._compressed(state.volume))
-        return np.where(self.holds_pressure, 0.0, stored + self.outside * state.volume)
-
-    def _compressed(self, volume: np.ndarray) -> np.ndarray:
-        """ln(V0/V) of every chamber; 0 at a given pressure."""
-        return np.where(self.holds_pressure, 0.0, np.log(self._start[1 : 1 + len(volume)] / volume))
+        """See `gas_energies`."""
+        return np.asarray(gas_energies(self.arrays, state))
 
     def power(self, t: float, state: GasState, before: float | None) -> float:
-        """Power of the supply and of flow through orifices, W.
+        """See `gas_power`; the supply is the mean since the time `before` (s)."""
+        return float(gas_power(self.arrays, float(t), state, 0.0 if before is None else float(t) - before))
 
-        A mass that enters an isothermal chamber brings the energy R T ln(V0/V) for each kg, and takes it along through an
-        orifice. The supply is the mean between `before` (s) and t, or its value at t if `before` is None.
-        """
-        if before is not None and before != t:
-            flow = np.array([(supply.mass(t) - supply.mass(before)) / (t - before) for supply in self.supplies])
-        else:
-            flow = np.array([supply.flow(math.nextafter(t, 0.0) if t > 0.0 else t) for supply in self.supplies])
-        with np.errstate(invalid="ignore", divide="ignore"):
-            level = self._constant * self._warmth * self._compressed(state.volume)
-        warm = np.where(self._adiabatic, self._heat_capacity * self._warmth, level)
-        total = float(np.where(self.holds_pressure, 0.0, flow * warm).sum())
-        count = len(self.gases)
-        for orifice, area, (a, b) in zip(self.orifices, state.area.tolist(), self._ends, strict=True):
-            up, down = (a, b) if self._at(state.pressure, a, b) >= self._at(state.pressure, b, a) else (b, a)
-            gas = up if up < count else down
-            out = self._constant[gas] * (self._warmth[gas] if up == count else state.temperature[up])
-            ends = self._at(state.pressure, up, down), self._at(state.pressure, down, up)
-            through = orifice.discharge * area * nozzle(*ends, float(out), float(self._ratio[gas]))[0]
-            for end, sense in ((up, -1.0), (down, 1.0)):
-                if end < count and not self.holds_pressure[end]:
-                    capacity = self._heat_capacity[end] / self._constant[end]
-                    total += sense * through * float(capacity * out if self._adiabatic[end] else level[end])
-        return total
+
+def _supply(gas: Gas) -> Program:
+    """Pressure that the supply holds (Pa), or mass of gas given since time zero (kg), over time."""
+    time = time_function(gas.time)
+    if gas.supply_flow is not None:
+        return time.integral().scaled(gas.supply_flow)
+    return time.scaled(gas.supply_pressure or gas.supply_mass or 0.0)

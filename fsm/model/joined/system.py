@@ -30,11 +30,12 @@ from fsm.model.joined.condense import JoinedPattern, add_condensed, add_curvatur
 from fsm.model.joined.configuration import JoinedConfiguration
 from fsm.model.joined.drawn_lines import DrawnLines
 from fsm.model.joined.frames import Frames
-from fsm.model.joined.pressure import Pressure
+from fsm.model.joined.pressure import pressure_of
 from fsm.model.joined.records import joined_energy
 from fsm.model.nodes.assembly import slots_of
 from fsm.model.nodes.facets.facet_group import FacetGroup
 from fsm.model.nodes.facets.pressure import PressedFaces
+from fsm.model.nodes.group import ElementGroup
 from fsm.model.nodes.matrices import mass_data, set_held
 from fsm.model.nodes.system.system import AncfSystem
 from fsm.solve.interface.records import Energy, Linearised, LockedSprings, Observation, PreviousState, Ready
@@ -85,14 +86,14 @@ class JoinedSystem(JoinedConfiguration):
         chambers: Chambers | None = None,
     ) -> None:
         super().__init__(bodies, motions, groups, contacts, pair_names, elements, frames, lines)
-        self.faces, self.pressures = faces, tuple(Pressure.of(load, faces) for load in pressures if faces is not None)
+        self.faces, self.pressures = faces, tuple(pressure_of(load, faces) for load in pressures if faces is not None)
         self.chambers = chambers
+        self.remembers = self.remembers or chambers is not None
+        self._pressing: tuple[ElementGroup, ...] = (*self.pressures, *([] if chambers is None else [chambers]))
         self._array_near = self._near
         self._joined: JoinedPattern | None = None
         self._joined_of: BlockPattern | None = None
         self._slots: list[np.ndarray] = []
-        self._pressed: list[np.ndarray] = []
-        self._enclosed: list[list[np.ndarray]] = []
 
     def variant(
         self, bodies: Bodies, motions: tuple[PrescribedMotion, ...], groups: tuple[Group, ...],
@@ -190,14 +191,12 @@ class JoinedSystem(JoinedConfiguration):
     ) -> np.ndarray:
         """Forces (nu,) on all coordinates, held ones included."""
         nodes = q[self._nq :]
-        here, rates = self.elements.place(t, nodes, None if u is None else u[self._nu :], self._nodes_before(before))
+        here, rates = self._place_nodes(t, nodes, None if u is None else u[self._nu :], self._nodes_before(before))
         out = np.zeros(self.nu)
         if whole:
             out[self._nu :] = self.elements.all_forces(t, here, rates)
-            for pressure in self.pressures:
-                pressure.add_force(t, here, out[self._nu :])
-            if self.chambers is not None:
-                self.chambers.add_force(t, here, out[self._nu :])
+            for group in self._pressing:
+                group.add_force(here, rates, out[self._nu :])
         maps = self._maps(here, np.zeros_like(here), None)[0]
         fold_forces(forces[self._ordered], self._first, self._rows, self._members(maps), out)
         return out
@@ -229,21 +228,16 @@ class JoinedSystem(JoinedConfiguration):
     def _pattern_of(self, bodies: BodyPattern) -> JoinedPattern:
         if self._joined is None or self._joined_of is not bodies:
             mesh, shift = self.elements.mesh, 2 * self.n_free
-            vectors = [group.vectors for group in mesh.groups] + [part.vectors for part in mesh.masses]
-            vectors += [load.faces.vectors for load in self.pressures]
-            vectors += [] if self.chambers is None else self.chambers.vectors
+            groups = (*mesh.groups, *self._pressing)
+            vectors = [group.vectors for group in groups] + [part.vectors for part in mesh.masses]
             joined = [vector // 3 + shift for vector in vectors if len(vector)]
             self._joined = joined_pattern(self.nu // 3, bodies, self._first, self._rows, joined)
             self._joined_of = bodies
             pattern = self._joined.pattern
             self._slots = [
                 slots_of(np.ascontiguousarray(group.vectors + self._nu), 3, pattern.indptr, pattern.indices)
-                for group in mesh.groups
+                for group in groups
             ]
-            self._pressed = [
-                slots_of(load.faces.vectors + self._nu, 3, pattern.indptr, pattern.indices) for load in self.pressures
-            ]
-            self._enclosed = [] if self.chambers is None else self.chambers.slots(self._nu, pattern)
         return self._joined
 
     def _assembled(
@@ -260,7 +254,7 @@ class JoinedSystem(JoinedConfiguration):
         wrenches, body_stiffness, body_damping = sums
         joined = self._pattern_of(pattern)
         nodes = q[self._nq :]
-        here, rates = self.elements.place(t, nodes, None if u is None else u[self._nu :], self._nodes_before(before))
+        here, rates = self._place_nodes(t, nodes, None if u is None else u[self._nu :], self._nodes_before(before))
         at_rest = np.zeros_like(here) if rates is None else rates
         moments = np.ascontiguousarray(wrenches[self.frames.bodies, 3:])
         maps, turns, curvatures, _ = self._maps(here, at_rest, moments)
@@ -281,7 +275,7 @@ class JoinedSystem(JoinedConfiguration):
         force = np.zeros(self.nu)
         own = force[self._nu :]
         first = 0
-        for group, slots in zip(self.elements.mesh.groups, self._slots, strict=True):
+        for group, slots in zip((*self.elements.mesh.groups, *self._pressing), self._slots, strict=True):
             if efforts is not None and isinstance(group, FacetGroup):
                 last = first + group.effort_count
                 group.add_linearised(here, rates, slots, own, stiffness, damping, efforts[first:last])
@@ -289,25 +283,33 @@ class JoinedSystem(JoinedConfiguration):
             else:
                 group.add_linearised(here, rates, slots, own, stiffness, damping)
         self.elements.add_loads(t, rates, own)
-        for load, slots in zip(self.pressures, self._pressed, strict=True):
-            load.add_linearised(t, here, slots, own, stiffness)
-        low_rank = None if self.chambers is None else self._add_gas(t, here, own, stiffness)
         fold_forces(wrenches[self._ordered], self._first, self._rows, members, force)
         own[:] = self.elements.free_forces(nodes, own)
         set_held(self._fixed, joined.pattern.indptr, joined.pattern.indices, self.elements.held_stiffness, stiffness)
         set_held(self._fixed, joined.pattern.indptr, joined.pattern.indices, 0.0, damping)
-        tangent = BlockMatrix(joined.pattern, stiffness, low_rank)
+        tangent = BlockMatrix(joined.pattern, stiffness, self.low_rank)
         return Linearised(force, tangent, BlockMatrix(joined.pattern, damping))
 
-    def _add_gas(self, t: float, nodes: np.ndarray, force: np.ndarray, stiffness: np.ndarray) -> LowRank | None:
-        """Add forces and stiffness of gas at given coordinates of the nodes; returns the stiffness of low rank, if any."""
-        assert self.chambers is not None
-        found = self.chambers.add_linearised(t, nodes, self._enclosed, force, stiffness)
-        if found is None:
+    @property
+    def energies_of_pressing(self) -> tuple[str, ...]:
+        """See `JoinedConfiguration`."""
+        return () if self.chambers is None else (self.chambers.name,)
+
+    @property
+    def _stiffness_of_gas(self) -> tuple[LowRank, np.ndarray] | None:
+        """See `SegmentForces`."""
+        if self.chambers is None:
             return None
-        vectors = np.zeros((len(found.vectors), self.nu))
-        vectors[:, self._nu :] = np.where(self.elements.fixed, 0.0, found.vectors)
-        return LowRank(vectors, found.weights)
+        nodes = np.where(self.elements.fixed, -1, np.arange(self.elements.nu))
+        return self.chambers.low_rank, np.concatenate([np.full(self._nu, -1), nodes])
+
+    def _place_nodes(
+        self, t: float, nodes: np.ndarray, rates: np.ndarray | None, before: PreviousState | None = None
+    ) -> tuple[np.ndarray, np.ndarray | None]:
+        """Coordinates and rates of the nodes, as `AncfSystem.place`; also sets the time of pressures and gas."""
+        for group in self._pressing:
+            group.at(t, before)
+        return self.elements.place(t, nodes, rates, before)
 
     def efforts(
         self, t: float, q: np.ndarray, before: PreviousState | None = None, dx: np.ndarray | None = None
@@ -347,41 +349,25 @@ class JoinedSystem(JoinedConfiguration):
     def _with_nodes(
         self, bodies: Energy, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None
     ) -> Energy:
-        nodes = None if u is None else u[self._nu :]
-        of_nodes = self.elements.energy(t, q[self._nq :], nodes, self._nodes_before(before))
-        if self.chambers is not None:
-            here, _ = self.elements.place(t, q[self._nq :], None)
-            of_nodes.potential["gas"] = self.chambers.energy(t, here)
-        return joined_energy(bodies, of_nodes, self._power_of_pressures(t, q, u, before))
+        rates, past = None if u is None else u[self._nu :], self._nodes_before(before)
+        of_nodes, put_in = self.elements.energy(t, q[self._nq :], rates, past), 0.0
+        here, moving = self._place_nodes(t, q[self._nq :], rates, past)
+        for group in self._pressing:
+            if group is self.chambers:
+                of_nodes.potential[group.name] = group.energy(here, None)[0]
+            if moving is not None:
+                put_in += group.put_in(here, moving)
+        return joined_energy(bodies, of_nodes, put_in)
 
     # pressures ------------------------------------------------------------------------------------------------------
-
-    def _power_of_pressures(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None
-    ) -> float:
-        """Power of all pressures and of the supply of gas, W."""
-        if u is None or not (self.pressures or self.chambers):
-            return 0.0
-        here, rates = self.elements.place(t, q[self._nq :], u[self._nu :], self._nodes_before(before))
-        assert rates is not None
-        force = np.zeros(len(here))
-        for pressure in self.pressures:
-            pressure.add_force(t, here, force)
-        of_gas = 0.0
-        if self.chambers is not None:
-            of_gas = self.chambers.power(t, here, rates, None if before is None else before[0])
-        return float(force @ rates) + of_gas
 
     def force_rate(self, t: float, q: np.ndarray) -> np.ndarray:
         """See `System`; pressures and gas are included."""
         out = super().force_rate(t, q)
-        if self.pressures or self.chambers:
-            here, _ = self.elements.place(t, q[self._nq :], None)
-            for pressure in self.pressures:
-                pressure.add_force_rate(t, here, out[self._nu :])
-            if self.chambers is not None:
-                self.chambers.add_force_rate(t, here, out[self._nu :])
-            out[self._fixed.ravel()] = 0.0
+        here, _ = self._place_nodes(t, q[self._nq :], None)
+        for group in self._pressing:
+            group.add_force_rate(t, here, out[self._nu :])
+        out[self._fixed.ravel()] = 0.0
         return out
 
     def chamber_nodes(self, t: float, q: np.ndarray) -> np.ndarray:
@@ -390,13 +376,11 @@ class JoinedSystem(JoinedConfiguration):
 
     def break_times(self) -> list[float]:
         """See `System`; pressures and gas are included."""
-        of_gas = [] if self.chambers is None else self.chambers.gases.break_times()
-        of_pressures = (time for pressure in self.pressures for time in pressure.time.breaks())
-        return sorted({*super().break_times(), *of_pressures, *of_gas})
+        return sorted({*super().break_times(), *(time for group in self._pressing for time in group.break_times())})
 
     def peak_times(self) -> list[float]:
         """See `System`; pressures and gas are included."""
-        of_gas = [] if self.chambers is None else self.chambers.gases.break_times()
+        of_gas = [] if self.chambers is None else self.chambers.break_times()
         of_pressures = (time for pressure in self.pressures for time in pressure.time.peaks())
         return sorted({*super().peak_times(), *of_pressures, *of_gas, *self.elements.peak_times()})
 
@@ -421,7 +405,7 @@ class JoinedSystem(JoinedConfiguration):
         out = super().load_displacements(start, end)
         one, two = (self.elements.place(t, q[self._nq :], None)[0] for t, q in (start, end))
         for pressure in self.pressures:
-            out[pressure.name + PRESSURE] = pressure.size(end[0]), pressure.faces.swept(one, two)
+            out[pressure.load + PRESSURE] = pressure.size(end[0]), pressure.swept(one, two)
         if self.chambers is not None:
             gases = self.chambers.pressures_and_changes((start[0], one), (end[0], two))
             out |= {name + PRESSURE: pair for name, pair in gases.items()}
@@ -448,7 +432,7 @@ class JoinedSystem(JoinedConfiguration):
         return np.concatenate([self._memory_of_nodes(), super().element_memory()])
 
     def _memory_of_nodes(self) -> np.ndarray:
-        gas = np.zeros(0) if self.chambers is None else self.chambers.gases.memory()
+        gas = np.zeros(0) if self.chambers is None else self.chambers.memory()
         return np.concatenate([self._near.ravel(), self.elements.memory(), gas])
 
     def restore(self, memory: np.ndarray) -> None:
@@ -459,8 +443,8 @@ class JoinedSystem(JoinedConfiguration):
         last = size + self.elements.remembered
         self.elements.restore(memory[size:last])
         if self.chambers is not None:
-            size, last = last, last + self.chambers.gases.remembered
-            self.chambers.gases.restore(memory[size:last])
+            size, last = last, last + self.chambers.remembered
+            self.chambers.restore(memory[size:last])
         super().restore(memory[last:])
 
     # arrays ---------------------------------------------------------------------------------------------------------
@@ -483,12 +467,11 @@ class JoinedSystem(JoinedConfiguration):
         joined = self._pattern_of(pattern)
         members = self._first, self._rows, self._members(np.zeros((len(self.frames.vectors), 6, 3)))
         matrix, known = JoinedMatrix(pattern, joined, self._slots), ready(joined.pattern)
-        return joined_of(self, matrix, self._fixed, members, near, *known, contacts, statics)
+        return joined_of(self, matrix, self._fixed, members, near, *known, contacts, statics, self._pressing)
 
     def _static_arrays_of(self, ready: Ready) -> StaticSegments | None:
-        """See `SegmentSystem`; membrane efforts of flexible facets, pressures and gas have no arrays in statics."""
-        facets = any(isinstance(group, FacetGroup) for group in self.elements.mesh.groups)
-        if facets or self.pressures or self.chambers is not None:
+        """See `SegmentSystem`; membrane efforts of flexible facets have no arrays in statics."""
+        if any(isinstance(group, FacetGroup) for group in self.elements.mesh.groups):
             return None
         from fsm.model.joined.static_arrays import JoinedStatics  # imports the kernels of all steps
 

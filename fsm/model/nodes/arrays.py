@@ -145,7 +145,7 @@ _MOVED = _PROGRAMS + len(Pieces._fields)
 _PATTERN = _MOVED + 3 + len(Pieces._fields)
 HELD_STIFFNESS, DAMPED, RATE_DEPENDENT, NOW, MEAN_OVER = range(5)
 """Indices of `Arrays.numbers`."""
-KINDS_OF_ENERGY = ("panels", "creases", "bars", "hinges", "film", "patch", "cable", "beam")
+KINDS_OF_ENERGY = ("panels", "creases", "bars", "hinges", "film", "patch", "cable", "beam", "gas")
 """Names of groups, in the order of the numbers in `Arrays.kinds`, from 1 on."""
 
 

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from fsm.kernels.addresses import ROW, address_table, put_array
+from fsm.kernels.blocks import LowRank
 from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import address_of, call_at
 from fsm.model.nodes import arrays as at
@@ -80,10 +81,11 @@ class _Alone:
         self, column: int, q: np.ndarray, u: np.ndarray | None, force: np.ndarray, slots: np.ndarray | None = None,
         stiffness: np.ndarray = _NO_BLOCKS, damping: np.ndarray = _NO_BLOCKS,
     ) -> float:  # fmt: skip
-        """Call a kernel; without rates at rest."""
+        """Call a kernel; without rates at rest. Powers that elements put in are those of the present rates."""
         if slots is not None:
             self._use(slots)
         moving, rates, last = (0.0, q, q) if u is None else (1.0, u, q if self.before is None else self.before[1])
+        moving = moving if column < at.PUT_IN_AT else 0.0
         if column not in self._addresses:
             self._addresses[column] = address_of(self.group.kernels[column], self.table, self.own, 0.0)
         address = self._addresses[column]
@@ -102,6 +104,9 @@ class ElementGroup(ABC):
 
     vectors: np.ndarray
     name: str
+    accept: Any = None
+    """Kernel that changes the memory at an accepted state, with the arguments of `kernels` and its time; None without
+    memory."""
 
     @property
     @abstractmethod
@@ -164,3 +169,39 @@ class ElementGroup(ABC):
         """Stored energy (J) and dissipated power (W)."""
         lost = 0.0 if u is None else self._alone.call(at.LOST_AT, q, u, q)
         return self._alone.call(at.STORED_AT, q, u, q), lost
+
+    def put_in(self, q: np.ndarray, u: np.ndarray) -> float:
+        """Power that the elements put into the system, W."""
+        return self._alone.call(at.PUT_IN_AT, q, u, q) if len(self.kernels) > at.PUT_IN_AT else 0.0
+
+    @property
+    def low_rank(self) -> LowRank | None:
+        """Part of -dh/dq at the last tangent that is not in block data; by default none."""
+        return None
+
+    def add_force_rate(self, t: float, q: np.ndarray, force: np.ndarray) -> None:
+        """Add the explicit time derivative of the forces at rest; by default none."""
+        return
+
+    def break_times(self) -> list[float]:
+        """Times at which a function of time of the group is not smooth, s; by default none."""
+        return []
+
+    # memory: by default none --------------------------------------------------------------------------------------------
+
+    def commit(self, t: float, q: np.ndarray) -> None:
+        """Change the memory at an accepted state."""
+        return
+
+    @property
+    def remembered(self) -> int:
+        """Length of the memory."""
+        return 0
+
+    def memory(self) -> np.ndarray:
+        """Memory as one flat array."""
+        return np.zeros(0)
+
+    def restore(self, memory: np.ndarray) -> None:
+        """Set the memory; an empty array sets it to that of the start."""
+        return

@@ -7,10 +7,9 @@ of its own step; no other place decides.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import NamedTuple
 
-from fsm.case.models.loads import Load
 from fsm.case.models.scene import ForceElement, Scene
 from fsm.registry import CONTACT_LAWS, FRICTION_LAWS
 from fsm.text.report_text import count
@@ -42,7 +41,7 @@ COMPILED = InPython()
 
 
 def parts_in_python(
-    scene: Scene, step: str | None = None, contact: bool = True, loads: Iterable[Load] | None = None
+    scene: Scene, step: str | None = None, contact: bool = True
 ) -> InPython:
     """Parts of a scene that have no compiled form; each reason names its part.
 
@@ -51,7 +50,6 @@ def parts_in_python(
     scene : Scene
     step : name of the step, for elements that act in some steps only; absent: all elements
     contact : whether contact acts
-    loads : loads that act; absent: those of the scene
     """
     touching = contact and scene.contact is not None and bool(scene.pairs)
     elements = [e for e in scene.elements if step is None or e.steps is None or step in e.steps]
@@ -59,9 +57,6 @@ def parts_in_python(
     found += [(f"the kind {e.kind!r} of an extension has no compiled form", e.name) for e in scene.point_elements]
     motion = [f"element {_named(reason, found)}: {reason}" for reason in dict.fromkeys(reason for reason, _ in found)]
     motion += _of_contact(scene) if touching else ()
-    pressures = [load for load in (scene.loads if loads is None else loads) if load.pressure is not None]
-    motion += [f"load {load.called!r}: a pressure has no compiled form" for load in pressures]
-    motion += [f"gas {chamber.gas.name!r} has no compiled form" for chamber in scene.chambers]
     alone = of_compiler()
     nodes = ("flexible facets have no compiled form in statics",) if scene.facets is not None else ()
     return InPython((*motion, *alone.motion), nodes)

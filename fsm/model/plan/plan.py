@@ -62,7 +62,7 @@ def plan_of(case: Case, scene: Scene) -> Plan:
     steps = []
     for number, step in enumerate(plan.steps):
         name = plan.name_for_joints(number) if plan.written else None
-        in_python = parts_in_python(scene, name, step.contact, step.loads)
+        in_python = parts_in_python(scene, name, step.contact)
         steps.append(replace(step, in_python=in_python))
     return replace(plan, steps=tuple(steps))
 

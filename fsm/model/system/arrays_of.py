@@ -23,14 +23,14 @@ from fsm.interactions.bushing_spatial import (
     widest_pose_spatial,
 )
 from fsm.kernels.addresses import address_table
-from fsm.kernels.block_equations import EquationKernels, equation_kernels, pattern_arrays
-from fsm.kernels.block_lu import factorise, fill_in, solve_refined
+from fsm.kernels.block_equations import equation_kernels, pattern_arrays
+from fsm.kernels.block_lu import fill_in
 from fsm.kernels.blocks import Elimination
 from fsm.kernels.minimum_degree import few_by_minimum_degree
-from fsm.kernels.pointers import AbsentPointer, pointers, pointers_to
+from fsm.kernels.pointers import AbsentPointer, pointers_to
 from fsm.kernels.programs import table_of
 from fsm.model.bodies.array_kernels import KERNELS
-from fsm.model.bodies.arrays import Arrays, Loads, Segments, SpringKernels, Springs
+from fsm.model.bodies.arrays import GAS, Arrays, Loads, Segments, SpringKernels, Springs
 from fsm.model.bodies.loads import GravityGroup, LoadGroup
 from fsm.model.bodies.pattern import BodyPattern
 from fsm.model.contact.contacts import ContactGroup
@@ -98,7 +98,7 @@ def segments_of(
         table, address_table(rest.flat), np.zeros(3, dtype=np.int64), contacts.groups,
         *_addresses(elements), SpringKernels(*pointers_to(wanted), *absent),
         contacts.kernels, contacts.laws,
-        equation_kernels(arrays.pattern, arrays.matrix, factors, np.zeros(system.nu)),
+        equation_kernels(arrays.pattern, arrays.matrix, factors, np.zeros(system.nu), system.low_rank_table()),
     )  # fmt: skip
     return model, (arrays, rest), elements
 
@@ -112,13 +112,10 @@ def locked_of(system: SegmentForces, pattern: BodyPattern) -> tuple[Segments, tu
     factors = np.zeros(known.factors(pattern.size))
     arrays, rest, elements = _arrays(system, pattern, known, factors, np.zeros((2, 0)))
     absent: Any = None  # no springs and no contacts
-    p, matrix = arrays.pattern, arrays.matrix
-    filled = p.filled_rows, p.filled_columns, p.filled_diagonal
-    solving = p.order, *filled, factors, p.rows, p.columns, matrix, np.zeros(system.nu), 0.0, True, True
-    examples = EquationKernels((matrix, p.place, *filled, True, factors), solving)
     model = Segments(
         address_table(arrays.flat), address_table(rest.flat), np.zeros(3, dtype=np.int64), _NO_PAIRS, *_addresses(elements),
-        SpringKernels(*[None] * 6), absent, absent, pointers(EquationKernels(factorise, solve_refined), examples),
+        SpringKernels(*[None] * 6), absent, absent,
+        equation_kernels(arrays.pattern, arrays.matrix, factors, np.zeros(system.nu)),
     )  # fmt: skip
     return model, (arrays, rest), elements
 
@@ -163,7 +160,7 @@ def _arrays(
         bodies.free, bodies.inertia[bodies.free].ravel(), bodies.inertia, weight, poses, rates, force, stiffness, damping,
         matrix, factors, turned, system.scales().force_scale, pair_energy, poses.copy(), kept, kept.copy(),
         q[: system.n_free * bodies.pose.shape[1]].copy(), _interval(system, pattern),
-        pattern.dof, np.zeros(4), of_pattern, springs, loads,
+        pattern.dof, np.zeros(GAS + 1), of_pattern, springs, loads,
         system.driven_arrays(),
     )  # fmt: skip
     rest = arrays._replace(
@@ -186,7 +183,7 @@ def _pace(system: SegmentForces) -> float:
 
 
 def _addresses(elements: list[ElementArrays]) -> tuple[np.ndarray, np.ndarray]:
-    """Addresses (m, 10) of the kernels of all groups of elements, and their tables (m, n, 4)."""
+    """Addresses (m, 12) of the kernels of all groups of elements, and their tables (m, n, 4)."""
     kernels = np.zeros((len(elements), len(ElementKernels._fields)), dtype=np.int64)
     tables = np.zeros((len(elements), max((len(one.arrays) for one in elements), default=0), 4), dtype=np.int64)
     for row, own, one in zip(kernels, tables, elements, strict=True):

@@ -15,7 +15,7 @@ import numpy as np
 
 from fsm.interactions.driven import Driven
 from fsm.kernels.block_sum import multiply_block_diagonal
-from fsm.kernels.blocks import BlockMatrix, BlockPattern
+from fsm.kernels.blocks import BlockMatrix, BlockPattern, LowRank
 from fsm.kernels.body_poses import gather_free
 from fsm.kernels.newton_euler import (
     add_gyroscopic,
@@ -39,6 +39,7 @@ from fsm.model.plan.in_python import of_compiler
 from fsm.solve.interface.records import DriveState, Linearised, PreviousState
 from fsm.solve.interface.rest_scales import scales_at_rest
 from fsm.solve.interface.scales import OF_DRIVES, AtRest, Scales
+from fsm.solve.stepping.accuracy import ACCURATE, trial_vector
 
 if TYPE_CHECKING:
     from scipy import sparse
@@ -180,15 +181,17 @@ class SegmentForces(Configuration):
     def force_rate(self, t: float, q: np.ndarray) -> np.ndarray:
         """See `System`; the result is the product of the columns of K of driven bodies and their speed."""
         poses, rates = self.place(t, q, None)
-        pattern, stiffness, _ = self._with_driven(t, poses, rates, self.groups)
-        speeds = np.zeros((pattern.order, self.size))
-        moving = self._body_rates(np.zeros(self.n_free * self.size), t)
-        speeds[pattern.dof[self.driven]] = moving[self.driven]
-        change = self._folded(q, -BlockMatrix(pattern, stiffness).times(speeds.ravel()))
         direct = np.zeros_like(rates)
         for group in self.groups:
             group.add_force_rate(t, poses, direct)
-        return np.asarray(change + self._folded(q, direct[self._ordered].ravel()))
+        change = self._folded(q, direct[self._ordered].ravel())
+        if len(self.driven):
+            pattern, stiffness, _ = self._with_driven(t, poses, rates, self.groups)
+            speeds = np.zeros((pattern.order, self.size))
+            moving = self._body_rates(np.zeros(self.n_free * self.size), t)
+            speeds[pattern.dof[self.driven]] = moving[self.driven]
+            change = self._folded(q, -BlockMatrix(pattern, stiffness).times(speeds.ravel())) + change
+        return np.asarray(change)
 
     def _with_driven(
         self,
@@ -220,6 +223,33 @@ class SegmentForces(Configuration):
         for group in others:
             group.add_linearised(t, poses, rates, pattern, force, stiffness, damping, past)
         return pattern, stiffness, damping
+
+    @property
+    def _stiffness_of_gas(self) -> tuple[LowRank, np.ndarray] | None:
+        """Stiffness of low rank at the last tangent, whose arrays change in place, and column of its vectors of each
+        coordinate (nu,), or -1; None without gas.
+        """
+        return None
+
+    @property
+    def low_rank(self) -> LowRank | None:
+        """Stiffness of low rank at the last tangent."""
+        found = self._stiffness_of_gas
+        if found is None:
+            return None
+        (changing, columns) = found
+        vectors = np.where(columns >= 0, changing.vectors[:, columns], 0.0)
+        return LowRank(np.ascontiguousarray(vectors), changing.weights.copy())
+
+    def low_rank_table(self) -> np.ndarray | None:
+        """Table of this stiffness for compiled models."""
+        found = self._stiffness_of_gas
+        if found is None:
+            return None
+        from fsm.kernels.low_rank import LowRankEquations  # imports the kernels of all steps
+
+        changing, columns = found
+        return LowRankEquations(changing.vectors, changing.weights, columns, trial_vector(self.nu), ACCURATE).table
 
     # linearisation ----------------------------------------------------------------------------------------------------
 

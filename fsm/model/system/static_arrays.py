@@ -26,6 +26,7 @@ from fsm.solve.stepping.path_state import (
     CREASES,
     DRIVEN,
     DRIVES,
+    GAS,
     GRAVITY,
     INPUT,
     KEPT_LOSS,
@@ -67,7 +68,7 @@ class StaticSegments:
     """
 
     energies: ClassVar[dict[str, int]] = {
-        "panels": PANELS, "creases": CREASES, "gravity": GRAVITY, "contact": CONTACT,
+        "panels": PANELS, "creases": CREASES, "gravity": GRAVITY, "contact": CONTACT, "gas": GAS,
     }  # fmt: skip
     """Indices of energies in a record, by name."""
 
@@ -182,7 +183,7 @@ class StaticSegments:
         """See `fsm.solve.interface.system.StaticArrays`."""
         arrays, flags, (pattern, data) = self._arrays, self.model.arrays.flags, self._matrix()
         self._contacts.count()
-        matrix = BlockMatrix(pattern, data.copy())
+        matrix = BlockMatrix(pattern, data.copy(), self._system.low_rank)
         return arrays.springs.efforts.ravel().copy(), matrix, bool(flags[SYMMETRIC]), bool(flags[TRUSTED])
 
     def followed(self, q: np.ndarray) -> None:

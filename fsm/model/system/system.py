@@ -249,8 +249,7 @@ class SegmentSystem(SegmentForces):
 
     def arrays(self, ready: Ready) -> ArrayModel | None:
         """See `ArraySystem`."""
-        further_forces = type(self) is not SegmentSystem and type(self)._arrays_of is SegmentSystem._arrays_of
-        if further_forces or self.in_python.motion or self.large_contacts() or not self.nu:
+        if self.in_python.motion or self.large_contacts() or not self.nu:
             return None
         contacts = self._contact_model
         if self._array_model is None:
@@ -293,8 +292,6 @@ class SegmentSystem(SegmentForces):
 
     def _static_arrays_of(self, ready: Ready) -> StaticSegments | None:
         """New arrays for statics; None if there are forces without arrays."""
-        if type(self) is not SegmentSystem:
-            return None
         from fsm.model.system.static_arrays import StaticSegments  # imports the kernels of all steps
 
         return StaticSegments(self, self._first_pattern(), ready)

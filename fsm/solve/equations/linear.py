@@ -16,6 +16,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from fsm.errors import FsmError, NotConverged
+from fsm.kernels.block_equations import FACTORISE, FAILED, NEGATIVE, SOLVE, SYMMETRIC, UNKNOWN, Pattern, pattern_arrays
 from fsm.kernels.block_lu import (
     MAX_ERROR,
     REFINE_ABOVE,
@@ -36,6 +37,7 @@ from fsm.kernels.fronts import (
     solve_by_fronts,
     solve_columns,
 )
+from fsm.kernels.low_rank import LowRankEquations
 from fsm.kernels.minimum_degree import few_by_minimum_degree
 from fsm.solve.equations.low_rank import LowRankSolution, shifted
 from fsm.solve.equations.supernodes import supernodes
@@ -122,6 +124,8 @@ class LinearSolver:
         self._symmetric = self._trusted = False
         self._low_rank: LowRankSolution | None = None
         self._places: np.ndarray | None = None
+        self._equations: tuple[tuple[BlockPattern, int], LowRankEquations, Pattern] | None = None
+        self._compiled: LowRankEquations | None = None
 
     def factorise(self, matrix: BlockMatrix) -> None:
         """Factorise a real or complex matrix; it must not change until the last `solve` with it.
@@ -131,13 +135,36 @@ class LinearSolver:
         NotConverged
             The matrix is singular.
         """
-        self._low_rank = None
+        self._low_rank, self._compiled = None, None
         if matrix.low_rank is None:
             self._factorise_blocks(matrix)
+            return
+        if self._factorise_compiled(matrix):
             return
         self._low_rank = self._with_low_rank(matrix)
         if self._low_rank.singular:
             self._low_rank = self._with_low_rank(matrix)
+
+    def _factorise_compiled(self, matrix: BlockMatrix) -> bool:
+        """Factorise a real matrix with a part of low rank in a kernel; false if only the methods in Python can."""
+        low_rank, pattern = matrix.low_rank, matrix.pattern
+        assert low_rank is not None
+        known = self._analyse(pattern)
+        if self.backend != "block" or matrix.data.dtype != _REAL or known.large(pattern.size, _SMALL_BLOCKS):
+            return False
+        key = pattern, len(low_rank.weights)
+        if self._equations is None or self._equations[0] != key:
+            order = np.arange(matrix.order)
+            unit = LowRankEquations(low_rank.vectors, low_rank.weights, order, trial_vector(matrix.order), ACCURATE)
+            self._equations = key, unit, pattern_arrays(pattern, known)
+        _, equations, arrays = self._equations
+        equations.use(arrays, low_rank, matrix.data, self.ready(pattern)[1])
+        equations.flags[FAILED] = 0
+        self.factorisations += 1
+        if equations.do(FACTORISE, equations.flags.astype(float)) == 0.0 or equations.flags[FAILED]:
+            return False
+        self._compiled, self._matrix = equations, matrix
+        return True
 
     def _with_low_rank(self, matrix: BlockMatrix) -> LowRankSolution:
         base, terms = shifted(matrix, self._places)
@@ -181,7 +208,11 @@ class LinearSolver:
     @property
     def symmetric(self) -> bool:
         """Whether the last matrix was symmetric."""
-        return self._symmetric and self._low_rank is None
+        if self._compiled is None or self._matrix is None or self._matrix.low_rank is None:
+            return self._symmetric and self._low_rank is None
+        weights = self._matrix.low_rank.weights
+        apart = np.abs(weights - weights.T).max(initial=0.0)
+        return bool(self._compiled.flags[SYMMETRIC] and apart <= SYMMETRY_TOLERANCE * np.abs(weights).max(initial=0.0))
 
     def ready(self, pattern: BlockPattern, dtype: np.dtype = _REAL) -> tuple[Elimination, np.ndarray]:
         """Elimination of a pattern, and the block data (n_filled, size, size) for its factors."""
@@ -195,8 +226,11 @@ class LinearSolver:
         """Use factors that the caller has computed in the data of `ready`; the caller has made `times` factorisations, and
         the last one is used. `trusted` tells whether its last solution needed no refinement.
         """
+        if matrix.low_rank is not None:
+            self.factorise(matrix)
+            return
         self.factorisations += times
-        self._low_rank = None
+        self._low_rank, self._compiled = None, None
         self._matrix, self._other, self._trusted, self._symmetric = matrix, None, trusted, symmetric
         self._supernodes = None
 
@@ -206,7 +240,19 @@ class LinearSolver:
         After a solution with a small backward error, the check is skipped for the same factors, since it costs as much as a
         solution.
         """
+        if self._compiled is not None:
+            x = right.astype(float)
+            self._compiled.do(SOLVE, x)
+            if not self._compiled.flags[FAILED]:
+                return x
+            self._in_python()
         return self._solve_blocks(right) if self._low_rank is None else self._low_rank.solve(right)
+
+    def _in_python(self) -> None:
+        """Factorise the last matrix again by the methods in Python."""
+        matrix, self._compiled = self._matrix, None
+        assert matrix is not None
+        self._low_rank = self._with_low_rank(matrix)
 
     def _solve_blocks(self, right: np.ndarray) -> np.ndarray:
         if self._other is not None:
@@ -254,6 +300,11 @@ class LinearSolver:
         vector shows that the factors are, the eigenvalues are therefore counted by other factorisations
         (`fsm.solve.equations.inertia`). With `recount` false, the signs of the block pivots are used without this check.
         """
+        if self._compiled is not None:
+            number = self._compiled.do(NEGATIVE, self._compiled.flags.astype(float))
+            if number != UNKNOWN:
+                return int(number)
+            self._in_python()
         found = self._negative_pivots(recount)
         return found if self._low_rank is None else found + self._low_rank.more_negative
 
@@ -288,7 +339,7 @@ class LinearSolver:
         """
         matrix = self._matrix
         assert matrix is not None
-        if self._symmetric or self._low_rank is not None:
+        if self._symmetric or self._low_rank is not None or self._compiled is not None:
             return self.negative_pivots()
         if self._other is not None or self._elimination is None:
             from fsm.solve.equations.inertia import negative_pivots_of_unsymmetric

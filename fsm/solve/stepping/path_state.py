@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fsm.kernels.block_equations import UNKNOWN as UNKNOWN
 from fsm.kernels.records import record
 
 (
@@ -32,22 +33,19 @@ factorisations; whether the last step ends at an event (0 or 1); iterations of t
 or zero."""
 (
     PASSED, NEGATIVE, NEGATIVE_AT_REST, LOST, LOADS, KEPT_LOSS, CONTACT, GRAVITY, PANELS, CREASES, KINETIC, INPUT, DRIVEN,
-    STORED, LARGEST, OPENING, BARS, HINGES, FILM, PATCH, CABLE, BEAM, PART, DRIVES,
-) = range(24)  # fmt: skip
+    STORED, LARGEST, OPENING, BARS, HINGES, FILM, PATCH, CABLE, BEAM, GAS, PART, DRIVES,
+) = range(25)  # fmt: skip
 """Indices of a record of a state. PASSED is 1 if sides of a contact have passed through each other. NEGATIVE is the number
 of negative pivots of the last matrix of the step, NEGATIVE_AT_REST that of the symmetric part of the stiffness at rest; both
 may be `UNKNOWN`. LOST, LOADS and INPUT are the powers of dampers and friction, of loads, and of loads and drives (W);
 KEPT_LOSS is the part of LOST whose forces also act at rest. Energies of contacts, weights, panels and creases, of the
 motion, of driven bodies, and the sum of all potential energies (J). LARGEST is the largest reaction (N), OPENING the largest
-separation of the sides of a joint (m). From BARS on: energies of the other kinds of elements of nodes (J). PART is the part
-of the step up to its first event, 1 at its end, or zero without one. Travels, then forces of all drives follow, and seven
-values of each contact pair: the rows PAIR_FORCE to PAIR_GAP."""
+separation of the sides of a joint (m). From BARS on: energies of the other kinds of elements and of gas (J). PART is the
+part of the step up to its first event, 1 at its end, or zero without one. Travels, then forces of all drives follow, and
+seven values of each contact pair: the rows PAIR_FORCE to PAIR_GAP."""
 PAIR_FORCE, PAIR_AREA, PAIR_FRICTION, PAIR_CARRIED, PAIR_SLIDING, PAIR_DAMPING, PAIR_GAP = range(7)
 """Rows of the values of contact pairs in a record: normal force and magnitude of friction (N), area (m^2), sum of normal
 force times slip speed, powers of friction and damping (W), and gap (m)."""
-UNKNOWN = -1.0
-"""Number of pivots that the factors do not show with certainty."""
-
 AT, MOVING_ON, BALANCE = range(3)
 """Indices of a row that describes a state: time (s), 1 for an unstable state, and numbers of the energy balance; then its
 record, `Path.pair_energy`, and its configuration."""

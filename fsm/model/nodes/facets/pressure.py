@@ -17,8 +17,13 @@ from functools import cached_property
 
 import numpy as np
 
+from fsm.kernels.addresses import address_table, floats_1d, floats_3d, integers_2d
 from fsm.kernels.jit import kernel
+from fsm.kernels.pieces import pieces_at, program_at
+from fsm.kernels.programs import Pieces, Program, table_of
+from fsm.model.nodes.arrays import FORCE, LAST, MEAN_OVER, NOW, NUMBERS, STIFFNESS, Q, U
 from fsm.model.nodes.facets.facet_shape import cubic_shapes
+from fsm.model.nodes.group import ElementGroup
 
 _POINTS = 5
 """Gauss points per side of the square that is mapped to the triangle: exact for the degree 7 of C."""
@@ -66,37 +71,13 @@ class PressedFaces:
         return PressedFaces(vectors, self.facet, np.zeros((0, 3, 2)), np.zeros((0, 3)), self.weight)
 
     @cached_property
-    def _coefficients(self) -> np.ndarray:
+    def coefficients(self) -> np.ndarray:
+        """C (m, v, p) of all triangles, times their parts of the pressure."""
         if len(self.plane):
             found = cubic_coefficients(self.plane, self.angle)
         else:
             found = np.broadcast_to(linear_coefficients(), (len(self.vectors), 3, 3)).copy()
         return found if self.weight is None else found * self.weight[:, None, None]
-
-    @cached_property
-    def _pairs(self) -> tuple[np.ndarray, np.ndarray]:
-        first, second = np.triu_indices(self.vectors.shape[1], 1)
-        return first.astype(np.int64), second.astype(np.int64)
-
-    def add_force(self, q: np.ndarray, pressure: float, force: np.ndarray) -> None:
-        """Add the forces of a pressure (Pa) on all coordinates to `force` (n,)."""
-        _add_force(self.vectors, *self._pairs, self._coefficients, q, pressure, force)
-
-    def add_stiffness(self, q: np.ndarray, pressure: float, slots: np.ndarray, stiffness: np.ndarray) -> None:
-        """Add -df/dq of a pressure (Pa) to block data; `slots` as in `ElementGroup.add_linearised`."""
-        arrays = self.vectors, *self._pairs, self._coefficients
-        _add_stiffness(*arrays, q, pressure, slots, stiffness.shape[1], stiffness.reshape(-1))
-
-    def swept(self, start: np.ndarray, end: np.ndarray) -> float:
-        """Volume between the surfaces of two configurations (n,) of the nodes, along straight lines, m^3.
-
-        It has the sign of the work of a positive pressure. Simpson's rule is exact for the quadratic force.
-        """
-        total = np.zeros_like(start)
-        for weight, q in ((1.0, start), (4.0, 0.5 * (start + end)), (1.0, end)):
-            self.add_force(q, weight / 6.0, total)
-        return float(total @ (end - start))
-
 
 def linear_coefficients() -> np.ndarray:
     """C (3, 3) of a triangle with linear shapes, for the pairs (0, 1), (0, 2), (1, 2)."""
@@ -128,49 +109,163 @@ def cubic_coefficients(plane: np.ndarray, angle: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def _add_force(
+def add_triangle_force(
     vectors: np.ndarray, one: np.ndarray, two: np.ndarray, coefficients: np.ndarray, q: np.ndarray, pressure: float,
     force: np.ndarray,
 ) -> None:
-    count = vectors.shape[1]
-    for m in range(vectors.shape[0]):
-        for pair in range(len(one)):
-            j, k = vectors[m, one[pair]], vectors[m, two[pair]]
-            x = q[j + 1] * q[k + 2] - q[j + 2] * q[k + 1]
-            y = q[j + 2] * q[k] - q[j] * q[k + 2]
-            z = q[j] * q[k + 1] - q[j + 1] * q[k]
-            for i in range(count):
-                w = pressure * coefficients[m, i, pair]
-                at = vectors[m, i]
-                force[at] += w * x
-                force[at + 1] += w * y
-                force[at + 2] += w * z
+    """Add the forces of a pressure on a triangle with nodal vectors (v,), pairs `one` and `two` (p,) and C (v, p)."""
+    for pair in range(len(one)):
+        j, k = vectors[one[pair]], vectors[two[pair]]
+        x = q[j + 1] * q[k + 2] - q[j + 2] * q[k + 1]
+        y = q[j + 2] * q[k] - q[j] * q[k + 2]
+        z = q[j] * q[k + 1] - q[j + 1] * q[k]
+        for i in range(vectors.shape[0]):
+            w = pressure * coefficients[i, pair]
+            at = vectors[i]
+            force[at] += w * x
+            force[at + 1] += w * y
+            force[at + 2] += w * z
 
 
 @kernel
-def _add_stiffness(
+def add_triangle_stiffness(
     vectors: np.ndarray, one: np.ndarray, two: np.ndarray, coefficients: np.ndarray, q: np.ndarray, pressure: float,
-    slots: np.ndarray, size: int, into: np.ndarray,
+    slots: np.ndarray, size: int, into: np.ndarray, axial: np.ndarray,
 ) -> None:
-    count = vectors.shape[1]
-    axial = np.empty((count, count, 3))
-    for m in range(vectors.shape[0]):
-        axial[:] = 0.0
-        for pair in range(len(one)):
-            j, k = one[pair], two[pair]
-            for i in range(count):
-                w = pressure * coefficients[m, i, pair]
-                for a in range(3):
-                    axial[i, j, a] += w * q[vectors[m, k] + a]
-                    axial[i, k, a] -= w * q[vectors[m, j] + a]
-        # -df_i = sum_j axial_ij x dr_j
+    """Add -df/dq of a triangle to flat block data; `slots` (v, v) as in `ElementGroup.add_linearised`, `axial` (v, v, 3) is
+    work space.
+    """
+    count = vectors.shape[0]
+    axial[:] = 0.0
+    for pair in range(len(one)):
+        j, k = one[pair], two[pair]
         for i in range(count):
-            for j in range(count):
-                x, y, z = axial[i, j, 0], axial[i, j, 1], axial[i, j, 2]
-                at = slots[m, i, j]
-                into[at + 1] -= z
-                into[at + 2] += y
-                into[at + size] += z
-                into[at + size + 2] -= x
-                into[at + 2 * size] -= y
-                into[at + 2 * size + 1] += x
+            w = pressure * coefficients[i, pair]
+            for a in range(3):
+                axial[i, j, a] += w * q[vectors[k] + a]
+                axial[i, k, a] -= w * q[vectors[j] + a]
+    # -df_i = sum_j axial_ij x dr_j
+    for i in range(count):
+        for j in range(count):
+            x, y, z = axial[i, j, 0], axial[i, j, 1], axial[i, j, 2]
+            at = slots[i, j]
+            into[at + 1] -= z
+            into[at + 2] += y
+            into[at + size] += z
+            into[at + size + 2] -= x
+            into[at + 2 * size] -= y
+            into[at + 2 * size + 1] += x
+
+
+# group ------------------------------------------------------------------------------------------------------------------
+
+_VECTORS, _PAIRS, _COEFFICIENTS, _SIZE, _TIME = range(5)
+_SLOTS = _TIME + len(Pieces._fields)
+"""Rows of the table of a group."""
+
+
+@kernel
+def _add_force(own: np.ndarray, q: np.ndarray, pressure: float, force: np.ndarray) -> float:
+    vectors, pairs, coefficients = integers_2d(own, _VECTORS), integers_2d(own, _PAIRS), floats_3d(own, _COEFFICIENTS)
+    for m in range(vectors.shape[0]):
+        add_triangle_force(vectors[m], pairs[0], pairs[1], coefficients[m], q, pressure, force)
+    return 0.0
+
+
+@kernel
+def _pressure(table: np.ndarray, own: np.ndarray) -> float:
+    return float(floats_1d(own, _SIZE)[0] * program_at(pieces_at(own, _TIME), 0, floats_1d(table, NUMBERS)[NOW])[0])
+
+
+@kernel
+def _force(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    return _add_force(own, floats_1d(table, Q), _pressure(table, own), floats_1d(table, FORCE))
+
+
+@kernel
+def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    vectors, pairs, coefficients = integers_2d(own, _VECTORS), integers_2d(own, _PAIRS), floats_3d(own, _COEFFICIENTS)
+    stiffness, q, pressure = floats_3d(table, STIFFNESS), floats_1d(table, Q), _pressure(table, own)
+    count, width = vectors.shape
+    slots, axial = integers_2d(own, _SLOTS).reshape(count, width, width), np.empty((width, width, 3))
+    flat = stiffness.reshape(-1)
+    for m in range(count):
+        add_triangle_stiffness(
+            vectors[m], pairs[0], pairs[1], coefficients[m], q, pressure, slots[m], stiffness.shape[1], flat, axial
+        )
+    return _add_force(own, q, pressure, floats_1d(table, FORCE))
+
+
+@kernel
+def _nothing(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    return 0.0
+
+
+@kernel
+def mean_rates(table: np.ndarray) -> np.ndarray:
+    """Rates (n,) of the coordinates: means over a quasi-static step, else the present ones."""
+    q, last, over = floats_1d(table, Q), floats_1d(table, LAST), floats_1d(table, NUMBERS)[MEAN_OVER]
+    if over == 0.0:
+        return floats_1d(table, U)
+    out = np.empty(q.shape[0])
+    for i in range(out.shape[0]):
+        out[i] = (q[i] - last[i]) / over
+    return out
+
+
+@kernel
+def _put_in(table: np.ndarray, own: np.ndarray, step: float) -> float:
+    """Power at the present state, or, for a negative step, at the state before the present one."""
+    force = np.zeros(floats_1d(table, Q).shape[0])
+    _add_force(own, floats_1d(table, LAST if step < 0.0 else Q), _pressure(table, own), force)
+    return float(force @ mean_rates(table))
+
+
+class PressureGroup(ElementGroup):
+    """Pressure on triangles over time, without a potential.
+
+    Parameters
+    ----------
+    load : name of the load
+    faces : PressedFaces
+    pressure : Pa
+    time : factor over time
+    """
+
+    name = "pressure"
+    kernels = (_force, _tangent, _nothing, _nothing, _put_in)
+
+    def __init__(self, load: str, faces: PressedFaces, pressure: float, time: Program) -> None:
+        self.load, self.pressure, self.time = load, pressure, time
+        self.vectors = np.ascontiguousarray(faces.vectors)
+        pairs = np.array(np.triu_indices(self.vectors.shape[1], 1), dtype=np.int64)
+        arrays = self.vectors, pairs, np.ascontiguousarray(faces.coefficients), np.array([pressure])
+        self._arrays = [*arrays, *table_of([time])]
+        self._own = address_table(self._arrays)
+
+    @property
+    def table(self) -> list[np.ndarray]:
+        """See `ElementGroup`."""
+        return self._arrays
+
+    def size(self, t: float) -> float:
+        """Pressure at a time, Pa."""
+        return self.pressure * self.time.at(t)[0]
+
+    def add_force_rate(self, t: float, q: np.ndarray, force: np.ndarray) -> None:
+        """See `ElementGroup`."""
+        _add_force(self._own, q, self.pressure * self.time.at(t)[1], force)
+
+    def break_times(self) -> list[float]:
+        """See `ElementGroup`."""
+        return list(self.time.breaks())
+
+    def swept(self, start: np.ndarray, end: np.ndarray) -> float:
+        """Volume between the surfaces of two configurations (n,) of the nodes, along straight lines, m^3.
+
+        It has the sign of the work of a positive pressure. Simpson's rule is exact for the quadratic force.
+        """
+        total = np.zeros_like(start)
+        for weight, q in ((1.0, start), (4.0, 0.5 * (start + end)), (1.0, end)):
+            _add_force(self._own, q, weight / 6.0, total)
+        return float(total @ (end - start))

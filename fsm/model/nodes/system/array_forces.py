@@ -152,12 +152,13 @@ def renewed_force(model: Coordinates, t: float, q: np.ndarray, u: np.ndarray) ->
 
 
 @kernel
-def factorise_matrix(model: Coordinates) -> bool:
-    """Factorise the matrix; false if it is singular."""
+def factorise_matrix(model: Coordinates, whole: bool) -> bool:
+    """Factorise the matrix, without its part of low rank unless it is `whole`; false if it is singular."""
     table = model.table
     return set_factors(
-        model.equations, pattern_of(table), floats_3d(table, at.MATRIX), floats_3d(table, at.FACTORS), model.flags
-    )
+        model.equations, pattern_of(table), floats_3d(table, at.MATRIX), floats_3d(table, at.FACTORS), model.flags,
+        whole,
+    )  # fmt: skip
 
 
 @kernel

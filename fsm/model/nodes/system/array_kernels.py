@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
-from fsm.kernels.block_equations import FAILED
+from fsm.kernels.block_equations import FAILED, keep_low_rank
 from fsm.kernels.block_lu import REFINE_ABOVE, multiply_blocks
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import program_at
@@ -35,13 +35,13 @@ from fsm.solve.stepping.vectors import copy_into, inner, kept
 @kernel
 def _factorise(model: Coordinates, by_rate: float, by_acceleration: float, x: np.ndarray, maps: bool) -> bool:
     set_matrix(model.table, by_rate, by_acceleration)
-    return factorise_matrix(model)
+    return factorise_matrix(model, True)
 
 
 @kernel
 def _factorise_mass(model: Coordinates) -> bool:
     copy_into(floats_3d(model.table, at.MASS), floats_3d(model.table, at.MATRIX))
-    return factorise_matrix(model)
+    return factorise_matrix(model, False)
 
 
 @kernel
@@ -85,6 +85,7 @@ def keep_tangent(model: Coordinates, by_stiffness: float, by_damping: float, fir
     table = model.table
     kept(floats_3d(table, at.STIFFNESS), by_stiffness, first, floats_3d(table, at.KEPT_STIFFNESS))
     kept(floats_3d(table, at.DAMPING), by_damping, first, floats_3d(table, at.KEPT_DAMPING))
+    keep_low_rank(model.equations, by_stiffness, first)
     return True
 
 
@@ -142,7 +143,7 @@ def _renewed_force_at_rest(model: Coordinates, t: float, q: np.ndarray) -> np.nd
 @kernel
 def _factorise_stiffness(model: Coordinates) -> bool:
     copy_into(floats_3d(model.table, at.STIFFNESS), floats_3d(model.table, at.MATRIX))
-    done = factorise_matrix(model)
+    done = factorise_matrix(model, True)
     model.flags[FAILED] = 0  # these are the matrices of time steps
     return done
 

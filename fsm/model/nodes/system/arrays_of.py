@@ -16,6 +16,7 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import Pointer
 from fsm.kernels.programs import table_of
 from fsm.model.nodes.arrays import KINDS_OF_ENERGY, Arrays, Coordinates, Moved, Rows
+from fsm.model.nodes.group import ElementGroup
 from fsm.model.nodes.matrices import set_held
 from fsm.model.nodes.system.array_kernels import AT_REST, KERNELS
 from fsm.solve.interface.records import Ready
@@ -82,8 +83,14 @@ class Matrices(NamedTuple):
         return cls(pattern, *ready(pattern), fixed, mass, system.full_mass, system.slots)
 
 
-def coordinates_of(system: MovingMesh, matrices: Matrices) -> tuple[Coordinates, list[np.ndarray]]:
-    """Model of the coordinates of a system, and all arrays whose addresses the model contains."""
+def coordinates_of(
+    system: MovingMesh, matrices: Matrices, further: tuple[ElementGroup, ...] = (), low_rank: np.ndarray | None = None
+) -> tuple[Coordinates, list[np.ndarray]]:
+    """Model of the coordinates of a system, and all arrays whose addresses the model contains.
+
+    `further` are groups besides those of the mesh, and `low_rank` is the table of a part of low rank.
+    """
+    groups = (*system.mesh.groups, *further)
     pattern, known, factors, fixed, mass, full_mass, all_slots = matrices
     loading, n = system.loading, system.nu
     p = pattern_arrays(pattern, known)
@@ -98,28 +105,29 @@ def coordinates_of(system: MovingMesh, matrices: Matrices) -> tuple[Coordinates,
         mass_factors, np.array([system.held_stiffness, loading.mass_damping, float(system.rate_dependent), 0.0, 0.0]),
         forcings,
         np.array([float(np.linalg.norm(motion.displacement)) for motion in loading.motions]),
-        np.array([_KINDS.get(group.name, 0) for group in system.mesh.groups], dtype=np.int64), *_held(fixed, pattern),
+        np.array([_KINDS.get(group.name, 0) for group in groups], dtype=np.int64), *_held(fixed, pattern),
         np.zeros(n), np.zeros(1), pattern.zeros(), pattern.zeros(),
         _rows(system.mass(system.start)), _rows(system.full_mass_matrix),
         table_of([forcing.time for forcing in loading.forcings]), _moved(system), p,
     )  # fmt: skip
     flat = list(_flat(arrays))
     table, flags = address_table(flat), np.zeros(3, dtype=np.int64)
-    kernels, tables = np.zeros((len(system.mesh.groups), 6), dtype=np.int64), []
-    for row, group, slots in zip(kernels, system.mesh.groups, all_slots, strict=True):
+    kernels, tables = np.zeros((len(groups), 6), dtype=np.int64), []
+    for row, group, slots in zip(kernels, groups, all_slots, strict=True):
         held = group.arrays_with(slots)
         flat += held
         tables.append(address_table(held))
         all_kernels = (*group.kernels, *(_none,) * (len(row) - len(group.kernels)))
         row[:] = [Pointer(one, table, tables[-1], 0.0).address for one in all_kernels]
     accepting, accept_tables = [], []
-    for one, held in system.accepting():
+    accepted = [(group.accept, group.table) for group in further if group.accept is not None]
+    for one, held in (*system.accepting(), *accepted):
         flat += held
         accept_tables.append(address_table(held))
         accepting.append(Pointer(one, table, accept_tables[-1], 0.0).address)
     model = Coordinates(
         table, kernels, _padded(tables), np.array(accepting, dtype=np.int64), _padded(accept_tables), flags,
-        equation_kernels(p, mass, mass_factors, system.start),
+        equation_kernels(p, mass, mass_factors, system.start, low_rank),
     )  # fmt: skip
     return model, flat
 
