@@ -35,12 +35,13 @@ class Explicit(StepMethod):
     ) -> None:
         from scipy.integrate import DOP853
 
-        sizes, counts, still = np.zeros(11), np.zeros(11, dtype=np.int64), np.zeros(len(u))
+        sizes, counts, still = np.zeros(11), np.zeros(13, dtype=np.int64), np.zeros(len(u))
         sizes[MAX_STEP], sizes[LONGEST] = max_step, math.inf
         observed, stages = system.observe(t, q, u), len(DOP853.B)
         q, u = np.array(q, dtype=float), np.array(u, dtype=float)
         motion = ExplicitMotion(
-            q, u, still, sizes, counts, np.zeros((stages, len(q))), np.zeros((stages, len(u))), np.zeros((stages, 2)),
+            q, u, still, sizes, counts, np.zeros(len(q)), np.zeros(len(u)), np.zeros((stages, len(q))),
+            np.zeros((stages, len(u))), np.zeros(len(u)), np.zeros(len(u)), np.zeros((stages, 2)),
             np.zeros((2, len(observed.pairs.force))), np.zeros(len(observed.drive.force)),
         )  # fmt: skip
         super().__init__(system, t, q, motion, True)
