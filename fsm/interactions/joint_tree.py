@@ -401,12 +401,13 @@ def accelerate(tree: JointTree, poses: np.ndarray, masses: np.ndarray, forces: n
                 left[a, b] = inertia[a, b]
             on[a] = force[a]
         for c in range(n):
-            for e in range(n):
-                factor = inverse[c, e]
-                for a in range(6):
-                    on[a] -= factor * felt[c, a] * pushed[e]
-                    for b in range(6):
-                        left[a, b] -= factor * felt[c, a] * felt[e, b]
+            for a in range(6):
+                gain = 0.0
+                for e in range(n):
+                    gain += inverse[c, e] * felt[e, a]
+                on[a] -= gain * pushed[c]
+                for b in range(6):
+                    left[a, b] -= gain * felt[c, b]
         for a in range(6):
             for b in range(6):
                 on[a] -= left[a, b] * bias[b]

@@ -49,7 +49,7 @@ def to_minimal(
 @kernel
 def minimal_rates(
     model: Segments, t: float, y: np.ndarray, v: np.ndarray, of_y: np.ndarray, of_v: np.ndarray, of_pairs: np.ndarray,
-    drive_force: np.ndarray,
+    drive_force: np.ndarray, counts: bool,
 ) -> tuple[bool, float, float]:  # fmt: skip
     """See `fsm.solve.stepping.model`."""
     table, tree = model.table, tree_of(model.table)
@@ -59,6 +59,8 @@ def minimal_rates(
     sum_forces(model, t, 0.0)
     good = accelerate(tree, poses, floats_2d(table, at.INERTIA), floats_2d(table, at.FORCE), of_v)
     coordinate_rates(tree, y, v, of_y)
+    if not counts:
+        return good, 0.0, 0.0
     put_in, lost = present_powers(model, t, of_pairs, drive_force)
     return good, put_in, lost
 

@@ -105,7 +105,7 @@ class ExplicitMotion(NamedTuple):
         Minimal coordinates and their rates, in the first places.
     of_q, of_u : (12, nq) and (12, nu) arrays
         Rates of q and u, or of y and v, in all stages.
-    moved, faster : (nu,) arrays, work space
+    at_q, at_u, moved, faster : (nq,), (nu,), (nu,) and (nu,) arrays, work space
     of_energy : (12, 2) array, W
         Input power and dissipated power of all stages.
     pairs, drives : (2, n_pairs) and (n_drives,) arrays, work space
@@ -120,6 +120,8 @@ class ExplicitMotion(NamedTuple):
     v: np.ndarray
     of_q: np.ndarray
     of_u: np.ndarray
+    at_q: np.ndarray
+    at_u: np.ndarray
     moved: np.ndarray
     faster: np.ndarray
     of_energy: np.ndarray
@@ -136,7 +138,10 @@ def take_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: f
         if b > t:
             target = min(target, b)
     y, v = _state(motion)
-    if not _stage(model, motion, np.nextafter(t, math.inf), y.copy(), v.copy(), 0):
+    first, second = motion.at_q[: y.shape[0]], motion.at_u[: v.shape[0]]
+    copy_into(y, first)
+    copy_into(v, second)
+    if not _stage(model, motion, rules, np.nextafter(t, math.inf), first, second, 0):
         return UNABLE if unable(model) else NO_SOLUTION
     if counts[STARTED] == 0:
         if counts[SPEEDS] == 0:
@@ -157,19 +162,21 @@ def take_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: f
         y, v = _sum(y, motion.of_q, rules.weights, h), _sum(v, motion.of_u, rules.weights, h)
         q, u = y, v
         error, part = _error(model, motion, rules, y, h), 1.0
-        if error <= 1.0:
+        if error < math.inf:
             if counts[SPEEDS] > 0:
                 q, u = motion.q.copy(), motion.u.copy()
                 from_minimal(model, y, v, q, u)
             else:
                 with_unit_quaternions(q, u.shape[0])
-                if not _accelerate(model, np.nextafter(end, -math.inf), q, u, motion.rate, False):  # motors jump at breaks
-                    return UNABLE if unable(model) else NO_SOLUTION
+                if error <= 1.0 and not _accelerate(model, np.nextafter(end, -math.inf), q, u, motion.rate, False):
+                    return UNABLE if unable(model) else NO_SOLUTION  # before the end, since motors jump at breaks
             part = part_of_step(model, end, q, u, h)
-            if part == 1.0:
+            if error <= 1.0 and part == 1.0:
                 break
         counts[REJECTED] += 1
-        shorter = part if part < 1.0 else max(_SHRINK, _SAFETY * error ** (-1.0 / _ORDER)) if error < math.inf else _SHRINK
+        shorter = part
+        if part == 1.0:
+            shorter = max(_SHRINK, _SAFETY * error ** (-1.0 / _ORDER)) if error < math.inf else _SHRINK
         sizes[STEP_SIZE], grow = h * shorter, False
         if sizes[STEP_SIZE] < _SMALLEST * max(abs(t), until - t):
             return OBJECTED if part < 1.0 else STEP_TOO_SMALL
@@ -244,14 +251,17 @@ def _accelerate(model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.nda
 
 
 @shared
-def _stage(model: Any, motion: ExplicitMotion, t: float, q: np.ndarray, u: np.ndarray, number: int) -> bool:
+def _stage(
+    model: Any, motion: ExplicitMotion, rules: ExplicitRules, t: float, q: np.ndarray, u: np.ndarray, number: int
+) -> bool:
     """Write the rates of a stage; q and u are projected, but quaternions keep their lengths in their rates.
 
     q and u are minimal coordinates and their rates, if there are any.
     """
     if motion.counts[SPEEDS] > 0:
         of_q, of_u = motion.of_q[number], motion.of_u[number]
-        good, put_in, lost = minimal_rates(model, t, q, u, of_q, of_u, motion.pairs, motion.drives)
+        counts = rules.weights[number] != 0.0
+        good, put_in, lost = minimal_rates(model, t, q, u, of_q, of_u, motion.pairs, motion.drives, counts)
         motion.of_energy[number, 0], motion.of_energy[number, 1] = put_in, lost
         motion.counts[FORCES] += 1
         return good
@@ -261,7 +271,8 @@ def _stage(model: Any, motion: ExplicitMotion, t: float, q: np.ndarray, u: np.nd
     if not _accelerate(model, t, q, u, motion.of_u[number], number > 0):
         return False
     copy_into(pose_rates(raw, u), motion.of_q[number])
-    motion.of_energy[number, 0], motion.of_energy[number, 1] = powers(model, t, q, u, motion.pairs, motion.drives)
+    if rules.weights[number] != 0.0:
+        motion.of_energy[number, 0], motion.of_energy[number, 1] = powers(model, t, q, u, motion.pairs, motion.drives)
     motion.counts[FORCES] += 1
     return True
 
@@ -271,10 +282,11 @@ def _stages(model: Any, motion: ExplicitMotion, rules: ExplicitRules, t: float, 
     """Write the rates of all stages after the first one, which are inside the step: forces jump at breaks."""
     first, last = np.nextafter(t, math.inf), np.nextafter(end, -math.inf)
     y, v = _state(motion)
+    q, u = motion.at_q[: y.shape[0]], motion.at_u[: v.shape[0]]
     for i in range(1, rules.nodes.shape[0]):
-        q = _sum(y, motion.of_q[:i], rules.stages[i], h)
-        u = _sum(v, motion.of_u[:i], rules.stages[i], h)
-        if not _stage(model, motion, min(max(t + rules.nodes[i] * h, first), last), q, u, i):
+        _add(y, motion.of_q, rules.stages[i], i, h, q)
+        _add(v, motion.of_u, rules.stages[i], i, h, u)
+        if not _stage(model, motion, rules, min(max(t + rules.nodes[i] * h, first), last), q, u, i):
             return False
     return True
 
@@ -282,12 +294,21 @@ def _stages(model: Any, motion: ExplicitMotion, rules: ExplicitRules, t: float, 
 @kernel
 def _sum(start: np.ndarray, rates: np.ndarray, weights: np.ndarray, h: float) -> np.ndarray:
     """Start plus h times the weighted sum of rates (m, n)."""
-    out = start.copy()
-    for i in range(rates.shape[0]):
-        if weights[i] != 0.0:
-            for k in range(out.shape[0]):
-                out[k] += h * weights[i] * rates[i, k]
+    out = np.empty(start.shape[0])
+    _add(start, rates, weights, rates.shape[0], h, out)
     return out
+
+
+@kernel
+def _add(start: np.ndarray, rates: np.ndarray, weights: np.ndarray, count: int, h: float, out: np.ndarray) -> None:
+    """Write start plus h times the weighted sum of the first rates (m, n)."""
+    for k in range(out.shape[0]):
+        out[k] = start[k]
+    for i in range(count):
+        if weights[i] != 0.0:
+            factor = h * weights[i]
+            for k in range(out.shape[0]):
+                out[k] += factor * rates[i, k]
 
 
 @shared

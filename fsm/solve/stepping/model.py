@@ -65,7 +65,7 @@ class ArrayModel(NamedTuple):
         arguments = Calls(
             state, state, (t, t, u, True), (), (u,), (u,), (q, u), (u,), (u,), (u,), (), (*state, t), state, state, (),
             (*state, t, u), (t, t, True), (*state, np.zeros((2, 0)), u), (t,), (u,), (*state, u, True),
-            (*state, q, u), (*state, q, u, np.zeros((2, 0)), u), (q, u, q, u), (q, q, u, u, u),
+            (*state, q, u), (*state, q, u, np.zeros((2, 0)), u, True), (q, u, q, u), (q, q, u, u, u),
         )  # fmt: skip
         example = Example(arrays)
         return cls(pointers(kernels, Calls(*((example, *rest) for rest in arguments))), arrays)
@@ -222,10 +222,12 @@ def to_minimal(
 
 def minimal_rates(
     model: Any, t: float, y: np.ndarray, v: np.ndarray, of_y: np.ndarray, of_v: np.ndarray, of_pairs: np.ndarray,
-    drive_force: np.ndarray,
+    drive_force: np.ndarray, counts: bool,
 ) -> tuple[bool, float, float]:  # fmt: skip
-    """Write the rates of minimal coordinates and of their rates. Returns false if the mass is singular, and the `powers`."""
-    good, put_in, lost = model.minimal_rates(t, y, v, of_y, of_v, of_pairs, drive_force)
+    """Write the rates of minimal coordinates and of their rates. Returns false if the mass is singular; then the `powers` if
+    `counts`, else zeros.
+    """
+    good, put_in, lost = model.minimal_rates(t, y, v, of_y, of_v, of_pairs, drive_force, counts)
     return good, put_in, lost
 
 
@@ -278,7 +280,7 @@ def never_to_minimal(
 @kernel
 def never_minimal_rates(
     model: Any, t: float, y: np.ndarray, v: np.ndarray, of_y: np.ndarray, of_v: np.ndarray, of_pairs: np.ndarray,
-    drive_force: np.ndarray,
+    drive_force: np.ndarray, counts: bool,
 ) -> tuple[bool, float, float]:  # fmt: skip
     """`minimal_rates` of models without minimal coordinates."""
     return False, 0.0, 0.0

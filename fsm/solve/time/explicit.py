@@ -41,7 +41,7 @@ class Explicit(StepMethod):
         q, u = np.array(q, dtype=float), np.array(u, dtype=float)
         motion = ExplicitMotion(
             q, u, still, sizes, counts, np.zeros(len(q)), np.zeros(len(u)), np.zeros((stages, len(q))),
-            np.zeros((stages, len(u))), np.zeros(len(u)), np.zeros(len(u)), np.zeros((stages, 2)),
+            np.zeros((stages, len(u))), np.zeros(len(q)), *(np.zeros(len(u)) for _ in range(3)), np.zeros((stages, 2)),
             np.zeros((2, len(observed.pairs.force))), np.zeros(len(observed.drive.force)),
         )  # fmt: skip
         super().__init__(system, t, q, motion, True)
