@@ -1,12 +1,13 @@
 """Motion of bodies on a tree of joints by the coordinates of the joints: articulated bodies (Featherstone 2008, ch. 7).
 
-A link is a joint with its second body. Joints translate along axes fixed in the first body, and then rotate about one axis of
-the first body, about this axis and one of the second, or freely. A body without a joint is a link of the inertial frame with
-three translations and a free rotation. Coordinates count from a reference configuration, those of a free rotation are the
-relative quaternion; rates are those of translations and angles, and the relative angular velocity in axes of the second body.
+A link is a joint with its second body. Joints translate along axes fixed in one body, and rotate about one axis of the first
+body, about this axis and one of the second, or freely. A body without a joint is a link of the inertial frame with
+three translations and a free rotation. Coordinates count from a reference configuration; those of a free rotation are the
+relative quaternion. Rates are those of translations and angles, and the relative angular velocity in axes of the second
+body.
 
 Rows of six are (velocity of the centre, angular velocity) or (force, moment about the centre), all in inertial axes. With
-ρ = r_B - r_A and the rows S of a link, a_B = (a_A + α_A x ρ, α_A) + S v' + γ.
+d = r_B - r_A and the rows S of a link, a_B = (a_A + alpha_A x d, alpha_A) + S v' + gamma.
 """
 
 from __future__ import annotations
@@ -27,11 +28,14 @@ from fsm.kernels.tensor import (
     transposed_times_vector,
 )
 
-PARENT, CHILD, SLIDES, TURNS, FIRST_COORDINATE, FIRST_RATE, RATES = range(7)
-"""Columns of `JointTree.links`: bodies (the parent is -1 for the inertial frame, and for bodies that stand still), numbers of
-translations and of rotations (3: free), and places of the coordinates and rates."""
+PARENT, CHILD, SLIDES, TURNS, FIRST_COORDINATE, FIRST_RATE, RATES, INSIDE = range(8)
+"""Columns of `JointTree.links`: both bodies (the parent is -1 for the inertial frame and for bodies that stand still),
+numbers of translations and of rotations (3: free), places of the coordinates and rates, and whether the axes of translation
+turn with the second body."""
 SLIDE, POINT, FIRST_TURN, SECOND_TURN = 0, 9, 12, 15
-"""Columns of `JointTree.axes`: axes of translation in the first body, point of the joint in the second, axes of rotation."""
+"""Columns of `JointTree.axes`: axes of translation, point of the joint in the second body, axes of rotation. If the axes of
+translation turn with the second body, the last three numbers are the point of the joint in the first body, and `refer` sets
+that in the second."""
 _NO_INERTIA = 1e-14
 """Inertia of a coordinate that others leave, relative to its own, below which it counts as none."""
 
@@ -41,7 +45,7 @@ class JointTree(NamedTuple):
 
     Attributes
     ----------
-    links : (k, 7) int array, see above
+    links : (k, 8) int array, see above
     stands : (k,) int array
         First body of a link that stands still, else -1.
     acting : (n,) array
@@ -58,9 +62,9 @@ class JointTree(NamedTuple):
     pushed : (k, 6) array
         Efforts along the coordinates.
     bias : (k, 6) array
-        γ.
+        gamma.
     between : (k, 3) array
-        ρ, m.
+        d, m.
     spin : (n_bodies, 3) array
         Angular velocities in inertial axes.
     inertia : (n_bodies, 6, 6) array
@@ -155,9 +159,12 @@ def refer(tree: JointTree, poses: np.ndarray, rates: np.ndarray, y: np.ndarray, 
     for i in range(tree.links.shape[0]):
         link, axes, child = tree.links[i], tree.axes[i], tree.links[i, CHILD]
         r, p = _parent_pose(tree, i, poses)
-        frame = quaternion_matrix(_four(poses[child], 3))
+        frame, first = quaternion_matrix(_four(poses[child], 3)), quaternion_matrix(p)
+        if link[INSIDE] == 1:
+            there = _plus(r, 1.0, times_vector(first, _three(axes, SECOND_TURN)))
+            _put(transposed_times_vector(frame, _plus(there, -1.0, _three(poses[child], 0))), axes, POINT)
         apart = _plus(_plus(_three(poses[child], 0), 1.0, times_vector(frame, _three(axes, POINT))), -1.0, r)
-        _put(transposed_times_vector(quaternion_matrix(p), apart), tree.reference[i], 0)
+        _put(transposed_times_vector(first, apart), tree.reference[i], 0)
         own = quaternion_product(_conjugate(p), _four(poses[child], 3))
         for k in range(4):
             tree.reference[i, 3 + k] = own[k]
@@ -200,25 +207,16 @@ def _rates_of(tree: JointTree, i: int, poses: np.ndarray, rates: np.ndarray, v: 
     apart = _plus(_plus(_three(poses[child], 0), 1.0, arm), -1.0, r)
     left = _plus(_plus(_three(rates[child], 0), 1.0, crossed(spin, arm)), -1.0, _plus(velocity, 1.0, crossed(omega, apart)))
     for k in range(link[SLIDES]):
-        v[at + k] = _dot(times_vector(first, _three(axes, SLIDE + 3 * k)), left)
+        v[at + k] = _dot(times_vector(frame if link[INSIDE] == 1 else first, _three(axes, SLIDE + 3 * k)), left)
 
 
 @kernel
 def place_link(tree: JointTree, i: int, y: np.ndarray, v: np.ndarray, poses: np.ndarray, rates: np.ndarray) -> None:
-    """Write pose, rates, S, γ and ρ of a link; its first body is placed."""
+    """Write pose, rates, S, gamma and d of a link; its first body is placed."""
     link, axes, child, rows, bias = tree.links[i], tree.axes[i], tree.links[i, CHILD], tree.rows[i], tree.bias[i]
     (r, p), (velocity, omega) = _parent_pose(tree, i, poses), _parent_rates(tree, i, rates)
     at, of, slides = link[FIRST_COORDINATE], link[FIRST_RATE], link[SLIDES]
-    point, slid, n = _three(tree.reference[i], 0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-    first = quaternion_matrix(p)
-    for k in range(slides):
-        axis = _three(axes, SLIDE + 3 * k)
-        point = _plus(point, y[at + k], axis)
-        along = times_vector(first, axis)
-        slid = _plus(slid, v[of + k], along)
-        _put(along, rows[k], 0)
-        rows[k, 3:] = 0.0
-    turn = _four(tree.reference[i], 3)
+    n, first, turn = (0.0, 0.0, 0.0), quaternion_matrix(p), _four(tree.reference[i], 3)
     if link[TURNS] == 3:
         turn = _unit(_four(y, at + slides))
     elif link[TURNS] > 0:
@@ -231,7 +229,18 @@ def place_link(tree: JointTree, i: int, y: np.ndarray, v: np.ndarray, poses: np.
     for k in range(4):
         poses[child, 3 + k] = own[k]
     frame = quaternion_matrix(own)
-    arm = times_vector(frame, _three(axes, POINT))
+    point, end, slid, inside = _three(tree.reference[i], 0), _three(axes, POINT), (0.0, 0.0, 0.0), link[INSIDE] == 1
+    for k in range(slides):
+        axis = _three(axes, SLIDE + 3 * k)
+        if inside:
+            end = _plus(end, -y[at + k], axis)
+        else:
+            point = _plus(point, y[at + k], axis)
+        along = times_vector(frame if inside else first, axis)
+        slid = _plus(slid, v[of + k], along)
+        _put(along, rows[k], 0)
+        rows[k, 3:] = 0.0
+    arm = times_vector(frame, end)
     apart = times_vector(first, point)
     back = (-arm[0], -arm[1], -arm[2])
     between = _plus(apart, 1.0, back)
@@ -257,7 +266,7 @@ def place_link(tree: JointTree, i: int, y: np.ndarray, v: np.ndarray, poses: np.
             spin = _plus(spin, v[of + slides + 1], m)
             _put(crossed(m, back), rows[slides + 1], 0)
             _put(m, rows[slides + 1], 3)
-    centripetal = crossed(omega, _plus(crossed(omega, apart), 2.0, slid))
+    centripetal = _plus(crossed(omega, crossed(omega, apart)), 2.0, crossed(spin if inside else omega, slid))
     _put(_plus(_plus(centripetal, 1.0, crossed(turned, back)), 1.0, crossed(spin, crossed(spin, back))), bias, 0)
     _put(turned, bias, 3)
     _put(spin, tree.spin[child], 0)
@@ -338,14 +347,14 @@ def _pass_on(inertia: np.ndarray, force: np.ndarray, apart: Vector, inertia_on: 
         for j in range(3):
             inertia_on[i, j] += inertia[i, j]
         a, b, c = inertia[i, 0], inertia[i, 1], inertia[i, 2]
-        inertia[i, 3] -= b * z - c * y  # H - M [rho]
+        inertia[i, 3] -= b * z - c * y  # H - M [d]
         inertia[i, 4] -= c * x - a * z
         inertia[i, 5] -= a * y - b * x
         for j in range(3):
             inertia_on[i, 3 + j] += inertia[i, 3 + j]
             inertia_on[3 + j, i] += inertia[i, 3 + j]
     for j in range(3):
-        # J - H^T [rho] + [rho] (H - M [rho])
+        # J - H^T [d] + [d] (H - M [d])
         a, b, c = inertia[3 + j, 0], inertia[3 + j, 1], inertia[3 + j, 2]
         inertia_on[3 + j, 3] += inertia[3 + j, 3] - (b * z - c * y)
         inertia_on[3 + j, 4] += inertia[3 + j, 4] - (c * x - a * z)
@@ -376,8 +385,8 @@ def accelerate(tree: JointTree, poses: np.ndarray, masses: np.ndarray, forces: n
     left, on = tree.left[:6], tree.left[6]
     for i in range(count - 1, -1, -1):
         body, parent, n = links[i, CHILD], links[i, PARENT], links[i, RATES]
-        inertia, force, rows, felt, inverse = tree.inertia[body], tree.force[body], tree.rows[i], tree.felt[i], tree.inverse[i]
-        pushed, bias = tree.pushed[i], tree.bias[i]
+        inertia, force, rows, felt = tree.inertia[body], tree.force[body], tree.rows[i], tree.felt[i]
+        inverse, pushed, bias = tree.inverse[i], tree.pushed[i], tree.bias[i]
         for c in range(n):
             pushed[c] = 0.0
             for a in range(6):
@@ -463,5 +472,5 @@ def spread(tree: JointTree, poses: np.ndarray, y: np.ndarray, small: np.ndarray,
     for i in range(tree.links.shape[0]):
         body = tree.links[i, CHILD]
         _put(_three(tree.acceleration[body], 0), out[body], 0)
-        own = transposed_times_vector(quaternion_matrix(_four(poses[body], 3)), _three(tree.acceleration[body], 3))
-        _put(own, out[body], 3)
+        frame = quaternion_matrix(_four(poses[body], 3))
+        _put(transposed_times_vector(frame, _three(tree.acceleration[body], 3)), out[body], 3)

@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 import fsm
 from fsm.builders.scene import build_scene
 from fsm.errors import CaseError
+from fsm.interactions.joint_tree import CHILD
 from fsm.model.compile.compile_case import compile_case
 from fsm.model.plan.in_python import InPython
 from fsm.model.plan.joint_state import JointsAtStart
@@ -140,10 +141,13 @@ def test_coordinates_of_joints_give_the_motion_of_projected_bodies(seed: int) ->
             ends_of.reverse()
         joint = {"name": f"j{k}", "kind": kind, "first": ends_of[0], "second": ends_of[1], "at": at.tolist()}
         joint |= {"axis": axis.tolist()} if kind not in ("fixed", "spherical") else {}
+        joint |= {"second_axis": np.cross(axis, random.normal(size=3)).tolist()} if kind == "universal" else {}
         joint |= {"to": at.tolist()} if kind in ("in-line", "in-plane") else {}
         joints.append(joint)
     scene = {"bodies": bodies, "joints": joints}
     case = {"units": "SI", "gravity": [0.0, 0.0, -_G], "scene": scene, "solve": {"end_time": 1.0, "method": "explicit"}}
+    _, system = compile_case(fsm.load(case).model)
+    assert np.all(system.tree.links[:, CHILD] >= 0)
     compiled, in_python = ends(case, 1e-11, 0.4)
     assert compiled == pytest.approx(in_python, abs=1e-8)
 

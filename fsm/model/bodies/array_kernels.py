@@ -167,5 +167,5 @@ KERNELS = Calls(
     _keep_tangent, powers, lock, advance, consistent, *MINIMAL,
 )  # fmt: skip
 """Kernels of `Segments` that time steps call."""
-WITHOUT_TREE = Calls(*KERNELS[: -len(MINIMAL)], *NOT_MINIMAL)
+WITHOUT_TREE = KERNELS._replace(**dict(zip(Calls._fields[-len(NOT_MINIMAL) :], NOT_MINIMAL, strict=True)))
 """Kernels of `Segments` without a tree of joints."""

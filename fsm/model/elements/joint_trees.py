@@ -11,6 +11,7 @@ from fsm.interactions.joint_tree import (
     FIRST_COORDINATE,
     FIRST_RATE,
     FIRST_TURN,
+    INSIDE,
     PARENT,
     POINT,
     RATES,
@@ -41,11 +42,12 @@ def joint_tree(locking: Sequence[ElementGroup], n_bodies: int, free: np.ndarray,
     group = locking[0] if len(locking) == 1 and not driven else None
     links, openings = (len(free), len(group.kinds)) if isinstance(group, JointGroup) else (0, 0)
     bodies = n_bodies if links else 0
+    rows, inverse, felt = np.zeros((3, links, 6, 6))
     tree = JointTree(
-        np.zeros((links, RATES + 1), dtype=np.int64), np.full(links, -1, dtype=np.int64), np.zeros(openings),
-        np.zeros((links, SECOND_TURN + 3)), np.zeros((links, 7)), *(np.zeros((links, 6, 6)) for _ in range(3)),
-        np.zeros((links, 6)), np.zeros((links, 6)), np.zeros((links, 3)), np.zeros((bodies, 3)), np.zeros((bodies, 6, 6)),
-        np.zeros((bodies, 6)), np.zeros((bodies, 6)), np.zeros((7, 6)),
+        np.zeros((links, INSIDE + 1), dtype=np.int64), np.full(links, -1, dtype=np.int64), np.zeros(openings),
+        np.zeros((links, SECOND_TURN + 3)), np.zeros((links, 7)), rows, felt, inverse, np.zeros((links, 6)),
+        np.zeros((links, 6)), np.zeros((links, 3)), np.zeros((bodies, 3)), np.zeros((bodies, 6, 6)), np.zeros((bodies, 6)),
+        np.zeros((bodies, 6)), np.zeros((7, 6)),
     )  # fmt: skip
     if links:
         set_tree(tree, group, free)
@@ -63,8 +65,8 @@ def set_tree(tree: JointTree, group: ElementGroup | None, free: np.ndarray) -> N
         return
     at = of = 0
     for link, axes, (k, row) in zip(tree.links, tree.axes, enumerate(rows), strict=True):
-        parent, tree.stands[k], child, axes[:], slides, turns = row
-        link[[PARENT, CHILD, SLIDES, TURNS]] = parent, child, slides, turns
+        parent, tree.stands[k], child, axes[:], slides, turns, inside = row
+        link[[PARENT, CHILD, SLIDES, TURNS, INSIDE]] = parent, child, slides, turns, inside
         link[[FIRST_COORDINATE, FIRST_RATE, RATES]] = at, of, slides + turns
         at, of = at + slides + (4 if turns == 3 else turns), of + slides + turns
 
@@ -74,8 +76,8 @@ def follows(tree: JointTree, locking: Sequence[ElementGroup]) -> bool:
     return not len(tree.links) or all(np.array_equal(tree.acting, g.active) for g in locking if isinstance(g, JointGroup))
 
 
-_Row = tuple[int, int, int, np.ndarray, int, int]
-"""Parent of a link, first body that stands still, child, axes, numbers of translations and rotations."""
+_Row = tuple[int, int, int, np.ndarray, int, int, int]
+"""Parent of a link, first body that stands still, child, and results of `_axes`."""
 
 
 def _rows(group: JointGroup, free: np.ndarray) -> list[_Row] | None:
@@ -92,7 +94,7 @@ def _rows(group: JointGroup, free: np.ndarray) -> list[_Row] | None:
             body = next(body for body in free.tolist() if body not in placed)
             axes = np.zeros(SECOND_TURN + 3)
             axes[SLIDE : SLIDE + 9] = np.eye(3).ravel()
-            rows.append((-1, -1, body, axes, 3, 3))
+            rows.append((-1, -1, body, axes, 3, 3, 0))
             placed.add(body)
             continue
         number, first, second = left.pop(at)
@@ -107,8 +109,9 @@ def _rows(group: JointGroup, free: np.ndarray) -> list[_Row] | None:
     return rows
 
 
-def _axes(kinds: np.ndarray, constants: np.ndarray, turned: bool) -> tuple[np.ndarray, int, int] | None:
-    """Axes of a link by the openings of its joint, and its numbers of translations and rotations; None for other joints.
+def _axes(kinds: np.ndarray, constants: np.ndarray, turned: bool) -> tuple[np.ndarray, int, int, int] | None:
+    """Axes of a link by the openings of its joint, its numbers of translations and rotations, and whether the axes of
+    translation turn with the second body; None for other joints.
 
     `turned`: the second body of the joint is the first one of the link.
     """
@@ -130,21 +133,15 @@ def _axes(kinds: np.ndarray, constants: np.ndarray, turned: bool) -> tuple[np.nd
             return None
         turns = 0
     if turned:
-        if len(slides):  # axes of translation must not turn in the second body
-            if len(slides) == 1 and len(across) == 2 and abs(slides[0] @ axis) > 1.0 - _SAME:
-                slides = other[None]
-            elif len(across) == 3:
-                slides = slides @ across[:, :3].T @ across[[2, 0, 1], 3:6]
-            else:
-                return None
-        if len(along) > 3:
-            return None
-        point = along[:, :3].T @ along[:, 6]  # the nearest one of the first body, also if the joint slides
         axis, other = other, axis
+        if len(slides):
+            other = point
+        else:
+            point = np.linalg.lstsq(along[:, :3], along[:, 6])[0]
     found = np.zeros(SECOND_TURN + 3)
     found[SLIDE : SLIDE + slides.size] = slides.ravel()
     found[POINT : POINT + 3], found[FIRST_TURN : FIRST_TURN + 3], found[SECOND_TURN:] = point, axis, other
-    return found, len(slides), turns
+    return found, len(slides), turns, int(turned and len(slides) > 0)
 
 
 def _others(rows: np.ndarray) -> np.ndarray:

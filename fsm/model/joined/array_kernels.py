@@ -26,7 +26,7 @@ from fsm.model.nodes.system.array_forces import factorise_matrix, rows_times, se
 from fsm.model.nodes.system.array_kernels import accept_present, keep_tangent
 from fsm.model.nodes.system.array_kernels import energies as energies_of_nodes
 from fsm.model.nodes.system.array_kernels import present_powers as powers_of_nodes
-from fsm.solve.stepping.model import CREASES, KINETIC, PANELS, STEADY, NOT_MINIMAL, Calls
+from fsm.solve.stepping.model import CREASES, KINETIC, NOT_MINIMAL, PANELS, STEADY, Calls
 from fsm.solve.stepping.vectors import copy_into
 
 

@@ -39,9 +39,11 @@ class Explicit(StepMethod):
         sizes[MAX_STEP], sizes[LONGEST] = max_step, math.inf
         observed, stages = system.observe(t, q, u), len(DOP853.B)
         q, u = np.array(q, dtype=float), np.array(u, dtype=float)
+        of_q, of_u = np.zeros((stages, len(q))), np.zeros((stages, len(u)))
+        y, at_q = np.zeros((2, len(q)))
+        v, at_u, moved, faster = np.zeros((4, len(u)))
         motion = ExplicitMotion(
-            q, u, still, sizes, counts, np.zeros(len(q)), np.zeros(len(u)), np.zeros((stages, len(q))),
-            np.zeros((stages, len(u))), np.zeros(len(q)), *(np.zeros(len(u)) for _ in range(3)), np.zeros((stages, 2)),
+            q, u, still, sizes, counts, y, v, of_q, of_u, at_q, at_u, moved, faster, np.zeros((stages, 2)),
             np.zeros((2, len(observed.pairs.force))), np.zeros(len(observed.drive.force)),
         )  # fmt: skip
         super().__init__(system, t, q, motion, True)
