@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 import fsm
 from fsm.builders.scene import build_scene
 from fsm.errors import CaseError
+from fsm.interactions.joint_tree import CHILD
 from fsm.model.compile.compile_case import compile_case
 from fsm.model.plan.in_python import InPython
 from fsm.model.plan.joint_state import JointsAtStart
@@ -95,18 +96,60 @@ def test_a_free_body_turns_by_eulers_equations(tmp_path: Path) -> None:
     assert own == pytest.approx(exact, abs=1e-7)
 
 
-def test_explicit_steps_in_python_are_the_compiled_ones() -> None:
-    loaded = fsm.load(panel(spring={"stiffness": 12.0}, damper={"coefficient": 0.6}))
-
-    def end(compiled: bool) -> np.ndarray:
-        _, system = compile_case(loaded.model)
-        if not compiled:
-            system.in_python = InPython(("a test",))
+def ends(case: dict[str, Any], rtol: float, duration: float) -> list[np.ndarray]:
+    """State (q, u) at the end by compiled steps, and by steps in Python, which project all bodies."""
+    found = []
+    for reasons in ((), ("a test",)):
+        _, system = compile_case(fsm.load(case).model)
+        system.in_python = InPython(reasons)
         saved: list[SavedState] = []
-        simulate(system, Settings("explicit", 1e-8, 0.5), [0.5], saved.append)
-        return saved[-1].q
+        simulate(system, Settings("explicit", rtol, duration), [duration], saved.append)
+        found.append(np.concatenate([saved[-1].q, saved[-1].u]))
+    return found
 
-    assert end(True) == pytest.approx(end(False), abs=1e-13)
+
+def test_explicit_steps_in_python_are_the_compiled_ones() -> None:
+    """With a second hinge, which repeats the first one, the joints form a loop."""
+    case = panel(spring={"stiffness": 12.0}, damper={"coefficient": 0.6})
+    case["scene"]["joints"].append(
+        {"name": "other", "kind": "revolute", "first": "panel", "second": "ground", "at": [0, 0.3, 0], "axis": [0, 1, 0]}
+    )
+    compiled, in_python = ends(case, 1e-8, 0.5)
+    assert compiled == pytest.approx(in_python, abs=1e-13)
+
+
+_KINDS = "revolute", "prismatic", "cylindrical", "spherical", "universal", "planar", "in-line", "in-plane", "fixed"
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_coordinates_of_joints_give_the_motion_of_projected_bodies(seed: int) -> None:
+    """Random trees of all kinds of joints, in both orders of their bodies, with branches and a body without a joint."""
+    random = np.random.default_rng(seed)
+    bodies, joints = [], []
+    for k in range(5):
+        turn = random.normal(size=4)
+        bodies.append({
+            "name": f"b{k}", "mass": float(random.uniform(0.5, 2.0)), "inertia": random.uniform(0.2, 0.3, 3).tolist(),
+            "position": random.normal(size=3).tolist(), "orientation": (turn / np.linalg.norm(turn)).tolist(),
+            "velocity": random.normal(size=3).tolist(), "angular_velocity": random.normal(size=3).tolist(),
+        })  # fmt: skip
+        if k == 2:
+            continue
+        kind, ends_of = _KINDS[random.integers(len(_KINDS))], [f"b{random.integers(k)}" if k else "ground", f"b{k}"]
+        at, axis = random.normal(size=3), random.normal(size=3)
+        if random.random() < 0.5:
+            ends_of.reverse()
+        joint = {"name": f"j{k}", "kind": kind, "first": ends_of[0], "second": ends_of[1], "at": at.tolist()}
+        joint |= {"axis": axis.tolist()} if kind not in ("fixed", "spherical") else {}
+        joint |= {"second_axis": np.cross(axis, random.normal(size=3)).tolist()} if kind == "universal" else {}
+        joint |= {"to": at.tolist()} if kind in ("in-line", "in-plane") else {}
+        joints.append(joint)
+    scene = {"bodies": bodies, "joints": joints}
+    case = {"units": "SI", "gravity": [0.0, 0.0, -_G], "scene": scene, "solve": {"end_time": 1.0, "method": "explicit"}}
+    _, system = compile_case(fsm.load(case).model)
+    assert np.all(system.tree.links[:, CHILD] >= 0)
+    compiled, in_python = ends(case, 1e-11, 0.4)
+    assert compiled == pytest.approx(in_python, abs=1e-8)
 
 
 # choice -----------------------------------------------------------------------------------------------------------------

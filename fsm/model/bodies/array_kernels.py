@@ -16,9 +16,10 @@ from fsm.model.bodies import arrays as at
 from fsm.model.bodies.array_energies import accept_elements, energies, part_before_event, powers
 from fsm.model.bodies.array_forces import force, place, renewed_force, retract
 from fsm.model.bodies.array_locked import add_inertia, advance, consistent, lock
+from fsm.model.bodies.array_minimal import MINIMAL
 from fsm.model.bodies.arrays import Segments, pattern_of
 from fsm.model.bodies.contact_arrays import have_opened, lack_pairs
-from fsm.solve.stepping.model import Calls
+from fsm.solve.stepping.model import NOT_MINIMAL, Calls
 from fsm.solve.stepping.vectors import copy_into, kept, scaled
 
 # equations --------------------------------------------------------------------------------------------------------------
@@ -164,6 +165,8 @@ def _accept(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> float:
 KERNELS = Calls(
     force, renewed_force, _factorise, _factorise_mass, _solve, _mapped, retract, _mass_times, _stiffness_times,
     _damping_times, _contacts_opened, _part_of_step, _longest_step, _accept, _unable, energies,
-    _keep_tangent, powers, lock, advance, consistent,
+    _keep_tangent, powers, lock, advance, consistent, *MINIMAL,
 )  # fmt: skip
 """Kernels of `Segments` that time steps call."""
+WITHOUT_TREE = KERNELS._replace(**dict(zip(Calls._fields[-len(NOT_MINIMAL) :], NOT_MINIMAL, strict=True)))
+"""Kernels of `Segments` without a tree of joints."""

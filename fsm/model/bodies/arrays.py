@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fsm.interactions.driven import Driven
-from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d, integers_2d
+from fsm.interactions.joint_tree import JointTree
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.block_equations import EquationKernels, Pattern, pattern_at
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import pieces_at
@@ -94,7 +95,7 @@ class Arrays(NamedTuple):
     stored : (5,) array, J and W
         Energies of elements in panels and in creases, power that elements put into the system, power that their
         memory dissipates, and energy of gas.
-    pattern, springs, loads, driven : arrays of each
+    pattern, springs, loads, driven, tree : arrays of each
     """
 
     free: np.ndarray
@@ -122,6 +123,7 @@ class Arrays(NamedTuple):
     springs: Springs
     loads: Loads
     driven: Driven
+    tree: JointTree
 
     @property
     def flat(self) -> list[np.ndarray]:
@@ -186,6 +188,7 @@ _PROGRAMS = len(Pieces._fields)
 _OF_LOADS = _LOADS + len(Loads._fields) - 1
 _OF_DRIVES = _OF_LOADS + _PROGRAMS
 _DRIVEN = _OF_DRIVES + _PROGRAMS
+_TREE = _DRIVEN + len(Driven._fields) - 1
 
 
 @kernel
@@ -221,4 +224,16 @@ def driven_of(t: np.ndarray) -> Driven:
     return Driven(
         pieces_at(t, _OF_DRIVES), integers_1d(t, k), integers_1d(t, k + 1), floats_2d(t, k + 2), integers_2d(t, k + 3),
         floats_2d(t, k + 4), floats_2d(t, k + 5), floats_1d(t, k + 6),
+    )  # fmt: skip
+
+
+@kernel
+def tree_of(t: np.ndarray) -> JointTree:
+    """Tree of joints of the table."""
+    k = _TREE
+    return JointTree(
+        integers_2d(t, k), integers_1d(t, k + 1), floats_1d(t, k + 2), floats_2d(t, k + 3), floats_2d(t, k + 4),
+        floats_3d(t, k + 5), floats_3d(t, k + 6), floats_3d(t, k + 7), floats_2d(t, k + 8), floats_2d(t, k + 9),
+        floats_2d(t, k + 10), floats_2d(t, k + 11), floats_3d(t, k + 12), floats_2d(t, k + 13), floats_2d(t, k + 14),
+        floats_2d(t, k + 15),
     )  # fmt: skip

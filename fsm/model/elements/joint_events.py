@@ -46,37 +46,59 @@ from fsm.model.elements.joint_laws import (
 LATCHES, OPENS, HITS = range(3)
 """What happens."""
 WORDS = "latch closes", "latch opens", "stop is hit"
+_ROOT = 60
+"""Largest number of iterations for the time of an event in a step."""
 _NEAR = 1e-9
 """Distance from an event that counts as at the event, rad or m; relative if larger than 1."""
 
 
 @kernel
-def _part_to(before: float, now: float, event: float, near: float) -> float:
-    """Part of a step after which a value that increases is just beyond an event: 1 at its end, 2 if it is later."""
+def _part_to(before: float, now: float, event: float, near: float, begins: float, ends: float) -> float:
+    """Part of a step after which a value that increases is just beyond an event: 1 at its end, 2 if it is later.
+
+    `begins` and `ends` are the slopes at both ends of the step, per step; the value between them is the cubic (Hermite).
+    """
     if not (before < event - near and now >= event - near):
         return 2.0
     if now <= event + near:
         return 1.0
-    return (event + 0.5 * near - before) / (now - before)
+    low, high, target = 0.0, 1.0, event + 0.5 * near - before
+    way = now - before
+    part = target / way
+    for _ in range(_ROOT):
+        value = part * (begins + part * (3.0 * way - 2.0 * begins - ends + part * (begins + ends - 2.0 * way)))
+        slope = begins + part * (2.0 * (3.0 * way - 2.0 * begins - ends) + 3.0 * part * (begins + ends - 2.0 * way))
+        if value < target:
+            low = part
+        else:
+            high = part
+        found = part - (value - target) / slope if slope > 0.0 else 0.5 * (low + high)
+        if not low < found < high:
+            found = 0.5 * (low + high)
+        if found == part:
+            break
+        part = found
+    return part
 
 
 @kernel
-def part_before_event(own: np.ndarray, i: int, c: float, rate: float) -> float:
-    """Part of a step, which ends at a coordinate and a rate, up to its first event; 2 without one."""
+def part_before_event(own: np.ndarray, i: int, c: float, rate: float, step: float) -> float:
+    """Part of a step (s), which ends at a coordinate and a rate, up to its first event; 2 without one."""
     law, before, part = floats_2d(own, LAWS)[i], kept(own, COORDINATE, i), 2.0
+    begins, ends = step * kept(own, RATE, i), step * rate
     if law[STOP] > 0.0:
-        part = min(part, _part_to(before, c, law[UPPER], _NEAR * max(1.0, abs(law[UPPER]))))
-        part = min(part, _part_to(-before, -c, -law[LOWER], _NEAR * max(1.0, abs(law[LOWER]))))
+        part = min(part, _part_to(before, c, law[UPPER], _NEAR * max(1.0, abs(law[UPPER])), begins, ends))
+        part = min(part, _part_to(-before, -c, -law[LOWER], _NEAR * max(1.0, abs(law[LOWER])), -begins, -ends))
     if law[LATCH] > 0.0:
         sense, near = law[LATCH_SENSE], _NEAR * max(1.0, abs(law[LATCH_AT]))
         if kept(own, LATCHED, i) == 0.0:
-            part = min(part, _part_to(sense * before, sense * c, sense * law[LATCH_AT], near))
+            part = min(part, _part_to(sense * before, sense * c, sense * law[LATCH_AT], near, sense * begins, sense * ends))
         else:  # on the way back the damping of a closed latch begins at once
             back = law[PLAY] - sense * law[LATCH_AT]
-            part = min(part, _part_to(-sense * before, -sense * c, back, near))
+            part = min(part, _part_to(-sense * before, -sense * c, back, near, -sense * begins, -sense * ends))
         if kept(own, LATCHED, i) != 0.0 and law[OPENS_AT] < np.inf:
-            effort, most = -sense * stops(own, i, c, rate)[0], law[OPENS_AT]
-            part = min(part, _part_to(-sense * kept(own, BEFORE, i), effort, most, STRONG * most))
+            effort, most, first = -sense * stops(own, i, c, rate)[0], law[OPENS_AT], -sense * kept(own, BEFORE, i)
+            part = min(part, _part_to(first, effort, most, STRONG * most, effort - first, effort - first))
     return part
 
 

@@ -161,15 +161,17 @@ def _lost(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> fl
         c = _coordinate(poses, own, i, gradient, hessian)
         middle = 0.5 * (c + floats_1d(own, LAST)[i]) if per_second > 0.0 else c
         rate = _rate_or_mean(table, own, i, c, gradient, per_second)
-        total += law_at(own, i, t, middle, rate, per_second)[4]
+        _, _, _, _, lost, put_in = law_at(own, i, t, middle, rate, per_second)
+        total += lost
         if per_second > 0.0:
+            put_in = law_at(own, i, t, c, _rate(floats_2d(table, RATES), own, i, gradient), 0.0)[5]
             total += mean_loss_of_stops(own, i, floats_1d(own, LAST)[i], c, rate)
             kept_loss = lost_in_step(own, i, floats_1d(own, LAST)[i], c, rate)
             kept_loss += released(own, i, c, _rate(floats_2d(table, RATES), own, i, gradient))
             kept_loss *= per_second
             floats_1d(table, STORED)[3] += kept_loss
             total += kept_loss
-        floats_1d(table, STORED)[2] += law_at(own, i, t, c, _rate(floats_2d(table, RATES), own, i, gradient), 0.0)[5]
+        floats_1d(table, STORED)[2] += put_in
     return total
 
 
@@ -179,7 +181,7 @@ def _part(table: np.ndarray, own: np.ndarray, t: float, step: float) -> float:
     gradient, hessian, part = np.empty(12), np.empty((0, 12)), 2.0
     for i in range(bodies_of(own).shape[0]):
         c = _coordinate(floats_2d(table, POSES), own, i, gradient, hessian)
-        part = min(part, part_before_event(own, i, c, _rate(floats_2d(table, RATES), own, i, gradient)))
+        part = min(part, part_before_event(own, i, c, _rate(floats_2d(table, RATES), own, i, gradient), step))
     return part if part <= 1.0 else 0.0
 
 

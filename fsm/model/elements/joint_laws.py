@@ -297,9 +297,9 @@ def slider(own: np.ndarray, i: int, c: float, rate: float, column: int, field: i
 @kernel
 def harness(own: np.ndarray, i: int, c: float, rate: float) -> Law:
     """Law of a harness; its energy is that of the mean curve and of the slider."""
-    effort, bend, _, stored, lost = slider(own, i, c, rate, SLIDER, HARNESS, OF_WIDTH)
     if floats_2d(own, LAWS)[i, SLIDER] == 0.0:
         return 0.0, 0.0, 0.0, 0.0, 0.0
+    effort, bend, _, stored, lost = slider(own, i, c, rate, SLIDER, HARNESS, OF_WIDTH)
     mean, slope, energy = table_at(own, i, OF_HARNESS, c)
     return mean + effort, slope + bend, 0.0, energy + stored, lost
 
@@ -307,10 +307,11 @@ def harness(own: np.ndarray, i: int, c: float, rate: float) -> Law:
 @kernel
 def motor(own: np.ndarray, i: int, t: float, rate: float) -> tuple[float, float]:
     """Moment or force of a motor along the coordinate, and its slope by the rate."""
-    law, value = floats_2d(own, LAWS)[i], _program(own, i, PUSH, t)[0]
+    law = floats_2d(own, LAWS)[i]
     kind, ratio = int(law[MOTOR]), law[RATIO]
     if kind == NO_MOTOR:
         return 0.0, 0.0
+    value = _program(own, i, PUSH, t)[0]
     if kind == TORQUE:
         pushed, slope = ratio * value, 0.0
     else:

@@ -26,7 +26,7 @@ from fsm.model.nodes.system.array_forces import factorise_matrix, rows_times, se
 from fsm.model.nodes.system.array_kernels import accept_present, keep_tangent
 from fsm.model.nodes.system.array_kernels import energies as energies_of_nodes
 from fsm.model.nodes.system.array_kernels import present_powers as powers_of_nodes
-from fsm.solve.stepping.model import CREASES, KINETIC, PANELS, STEADY, Calls
+from fsm.solve.stepping.model import CREASES, KINETIC, NOT_MINIMAL, PANELS, STEADY, Calls
 from fsm.solve.stepping.vectors import copy_into
 
 
@@ -186,6 +186,6 @@ def _powers(
 KERNELS = Calls(
     force, renewed_force, _factorise, _factorise_mass, _solve, _mapped, retract, _mass_times, _stiffness_times,
     _damping_times, _contacts_opened, _part_of_step, _longest_step, _accept, _unable, _energies,
-    _keep_tangent, _powers, lock, advance, consistent,
+    _keep_tangent, _powers, lock, advance, consistent, *NOT_MINIMAL,
 )  # fmt: skip
 """Kernels of `Joined` that time steps call."""

@@ -29,7 +29,7 @@ from fsm.kernels.blocks import Elimination
 from fsm.kernels.minimum_degree import few_by_minimum_degree
 from fsm.kernels.pointers import AbsentPointer, pointers_to
 from fsm.kernels.programs import table_of
-from fsm.model.bodies.array_kernels import KERNELS
+from fsm.model.bodies.array_kernels import KERNELS, WITHOUT_TREE
 from fsm.model.bodies.arrays import GAS, Arrays, Loads, Segments, SpringKernels, Springs
 from fsm.model.bodies.loads import GravityGroup, LoadGroup
 from fsm.model.bodies.pattern import BodyPattern
@@ -62,7 +62,8 @@ def arrays_of(
     model.
     """
     model, *arrays = segments_of(system, pattern, *ready(pattern), contacts)
-    return ArrayModel.of(KERNELS, model, *system.initial()), tuple(arrays)
+    kernels = KERNELS if len(system.tree.links) else WITHOUT_TREE
+    return ArrayModel.of(kernels, model, *system.initial()), tuple(arrays)
 
 
 def segments_of(
@@ -161,7 +162,7 @@ def _arrays(
         matrix, factors, turned, system.scales().force_scale, pair_energy, poses.copy(), kept, kept.copy(),
         q[: system.n_free * bodies.pose.shape[1]].copy(), _interval(system, pattern),
         pattern.dof, np.zeros(GAS + 1), of_pattern, springs, loads,
-        system.driven_arrays(),
+        system.driven_arrays(), system.tree,
     )  # fmt: skip
     rest = arrays._replace(
         rates=np.zeros(rates.shape), force=np.zeros(rates.shape), stiffness=pattern.zeros(), damping=pattern.zeros(),

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from fsm.interactions.driven import Driven
+from fsm.interactions.joint_tree import JointTree
 from fsm.kernels.block_sum import multiply_block_diagonal
 from fsm.kernels.blocks import BlockMatrix, BlockPattern, LowRank
 from fsm.kernels.body_poses import gather_free
@@ -280,6 +281,14 @@ class SegmentForces(Configuration):
         )  # fmt: skip
 
     # locked directions ------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def tree(self) -> JointTree:
+        """Tree of joints of the free bodies, in space."""
+        from fsm.model.elements.joint_trees import joint_tree
+
+        locking = self.locking if self.spatial else ()
+        return joint_tree(locking, len(self.bodies.names), self.bodies.free, bool(self.motions))
 
     def lock(self, by_acceleration: float) -> bool:
         """See `System`."""

@@ -263,6 +263,10 @@ class SegmentSystem(SegmentForces):
             pattern = self.compiled_pattern(contacts.pairs())
             contacts.index(pattern)
             self._array_model = self._arrays_of(pattern, ready, contacts)
+        from fsm.model.elements.joint_trees import follows, set_tree
+
+        if not follows(self.tree, self.locking):
+            set_tree(self.tree, self.locking[0], self.bodies.free)
         return self._array_model[0]
 
     def large_contacts(self) -> tuple[str, ...]:

@@ -4,8 +4,9 @@ For mechanisms and free bodies without stiff springs, whose motion takes long st
 of Dormand and Prince with 12 stages (Hairer, Norsett, Wanner 1993, DOP853), with errors of order 5 and 3. Quaternions are
 integrated as four numbers. Accelerations with locked directions come from the equations at acceleration level
 (`fsm.solve.stepping.model.consistent`). All stages and the end of each step are projected to opening rates of zero. The end,
-and the stages of mechanisms with loops, are also projected to openings of zero. Work and dissipated energy are integrated
-with the same stages.
+and the stages of mechanisms with loops, are also projected to openings of zero. Trees of joints have minimal coordinates
+instead (`fsm.solve.stepping.model.to_minimal`), and are projected at the ends of several steps only, against round-off. Work
+and dissipated energy are integrated with the same stages.
 
 Springs and dampers bound the step: h omega < 6 for a spring, h c/m < 6 for a damper.
 """
@@ -39,10 +40,14 @@ from fsm.solve.stepping.model import (
     energies,
     factorise_mass,
     force,
+    from_minimal,
+    from_minimal_changes,
     longest_step,
+    minimal_rates,
     part_of_step,
     powers,
     solve,
+    to_minimal,
     unable,
 )
 from fsm.solve.stepping.outcomes import NO_SOLUTION, OBJECTED, STEP_TOO_SMALL, STEPPED, UNABLE
@@ -51,6 +56,8 @@ from fsm.solve.stepping.vectors import copy_into
 DONE, LOST = 9, 10
 """Indices of `ExplicitMotion.sizes` after those of `fsm.solve.stepping.generalized_alpha`: work and dissipated energy of the
 last step, J."""
+COORDINATES, SPEEDS = 11, 12
+"""Indices of `ExplicitMotion.counts`: numbers of minimal coordinates and of their rates, zero without them."""
 _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 5.0
 """Factor on a step size, and bounds of its change."""
 _ORDER = 8.0
@@ -92,10 +99,13 @@ class ExplicitMotion(NamedTuple):
     Attributes
     ----------
     q, u, rate : configuration (nq,), velocity and acceleration (nu,)
-    sizes, counts : (11,) float and (11,) int arrays
+    sizes, counts : (11,) float and (13,) int arrays
         See the indices above and in `fsm.solve.stepping.generalized_alpha`.
+    y, v : (nq,) and (nu,) arrays
+        Minimal coordinates and their rates, in the first places.
     of_q, of_u : (12, nq) and (12, nu) arrays
-        Rates of all stages.
+        Rates of q and u, or of y and v, in all stages.
+    at_q, at_u, moved, faster : (nq,), (nu,), (nu,) and (nu,) arrays, work space
     of_energy : (12, 2) array, W
         Input power and dissipated power of all stages.
     pairs, drives : (2, n_pairs) and (n_drives,) arrays, work space
@@ -106,8 +116,14 @@ class ExplicitMotion(NamedTuple):
     rate: np.ndarray
     sizes: np.ndarray
     counts: np.ndarray
+    y: np.ndarray
+    v: np.ndarray
     of_q: np.ndarray
     of_u: np.ndarray
+    at_q: np.ndarray
+    at_u: np.ndarray
+    moved: np.ndarray
+    faster: np.ndarray
     of_energy: np.ndarray
     pairs: np.ndarray
     drives: np.ndarray
@@ -121,10 +137,17 @@ def take_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: f
     for b in rules.breaks:
         if b > t:
             target = min(target, b)
-    if not _stage(model, motion, np.nextafter(t, math.inf), motion.q.copy(), motion.u.copy(), 0):
+    y, v = _state(motion)
+    first, second = motion.at_q[: y.shape[0]], motion.at_u[: v.shape[0]]
+    copy_into(y, first)
+    copy_into(v, second)
+    if not _stage(model, motion, rules, np.nextafter(t, math.inf), first, second, 0):
         return UNABLE if unable(model) else NO_SOLUTION
     if counts[STARTED] == 0:
-        copy_into(motion.of_u[0], motion.rate)
+        if counts[SPEEDS] == 0:
+            copy_into(motion.of_u[0], motion.rate)
+        else:
+            from_minimal_changes(model, y, motion.of_q[0], motion.of_u[0], motion.moved, motion.rate)
         sizes[LONGEST], counts[STARTED] = longest_step(model, t, motion.q, motion.u), 1
         if sizes[STEP_SIZE] == 0.0:
             sizes[STEP_SIZE] = _first_size(motion, rules, until - t)
@@ -135,21 +158,32 @@ def take_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: f
             return STEP_TOO_SMALL
         if not _stages(model, motion, rules, t, end, h):
             return UNABLE if unable(model) else NO_SOLUTION
-        error, part = _error(motion, rules, h), 1.0
-        if error <= 1.0:
-            q, u = _sum(motion.q, motion.of_q, rules.weights, h), _sum(motion.u, motion.of_u, rules.weights, h)
-            with_unit_quaternions(q, u.shape[0])
-            if not _accelerate(model, np.nextafter(end, -math.inf), q, u, motion.rate, False):  # motors jump at breaks
-                return UNABLE if unable(model) else NO_SOLUTION
+        y, v = _state(motion)
+        y, v = _sum(y, motion.of_q, rules.weights, h), _sum(v, motion.of_u, rules.weights, h)
+        q, u = y, v
+        error, part = _error(model, motion, rules, y, h), 1.0
+        if error < math.inf:
+            if counts[SPEEDS] > 0:
+                q, u = motion.q.copy(), motion.u.copy()
+                from_minimal(model, y, v, q, u)
+            else:
+                with_unit_quaternions(q, u.shape[0])
+                if error <= 1.0 and not _accelerate(model, np.nextafter(end, -math.inf), q, u, motion.rate, False):
+                    return UNABLE if unable(model) else NO_SOLUTION  # before the end, since motors jump at breaks
             part = part_of_step(model, end, q, u, h)
-            if part == 1.0:
+            if error <= 1.0 and part == 1.0:
                 break
         counts[REJECTED] += 1
-        shorter = part if part < 1.0 else max(_SHRINK, _SAFETY * error ** (-1.0 / _ORDER)) if error < math.inf else _SHRINK
+        shorter = part
+        if part == 1.0:
+            shorter = max(_SHRINK, _SAFETY * error ** (-1.0 / _ORDER)) if error < math.inf else _SHRINK
         sizes[STEP_SIZE], grow = h * shorter, False
         if sizes[STEP_SIZE] < _SMALLEST * max(abs(t), until - t):
             return OBJECTED if part < 1.0 else STEP_TOO_SMALL
     sizes[DONE], sizes[LOST] = _energy(motion, rules, h, 0), _energy(motion, rules, h, 1)
+    if counts[SPEEDS] > 0:
+        copy_into(y, motion.y[: counts[COORDINATES]])
+        copy_into(v, motion.v[: counts[SPEEDS]])
     copy_into(q, motion.q)
     copy_into(u, motion.u)
     factor = min(_GROW if grow else 1.0, _SAFETY * max(error, 1e-12) ** (-1.0 / _ORDER))
@@ -159,6 +193,31 @@ def take_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: f
     counts[STEPS] += 1
     sizes[LONGEST] = accept(model, end, motion.q, motion.u)
     return STEPPED
+
+
+@shared
+def _state(motion: ExplicitMotion) -> tuple[np.ndarray, np.ndarray]:
+    """Minimal coordinates and their rates; without them q and u."""
+    if motion.counts[SPEEDS] > 0:
+        return motion.y[: motion.counts[COORDINATES]], motion.v[: motion.counts[SPEEDS]]
+    return motion.q, motion.u
+
+
+@shared
+def _begin(model: Any, motion: ExplicitMotion) -> None:
+    """Change to minimal coordinates, if the model has them."""
+    counts = motion.counts
+    counts[COORDINATES], counts[SPEEDS] = to_minimal(model, motion.sizes[TIME], motion.q, motion.u, motion.y, motion.v)
+
+
+@shared
+def _end(model: Any, motion: ExplicitMotion, outcome: int) -> int:
+    """Change from minimal coordinates, and find the multipliers at the end of the last step; returns the outcome."""
+    if motion.counts[SPEEDS] > 0:
+        before = np.nextafter(motion.sizes[TIME], -math.inf)
+        _accelerate(model, before, motion.q, motion.u, motion.rate, False)
+        motion.counts[COORDINATES] = motion.counts[SPEEDS] = 0
+    return outcome
 
 
 @shared
@@ -192,15 +251,28 @@ def _accelerate(model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.nda
 
 
 @shared
-def _stage(model: Any, motion: ExplicitMotion, t: float, q: np.ndarray, u: np.ndarray, number: int) -> bool:
-    """Write the rates of a stage; q and u are projected, but quaternions keep their lengths in their rates."""
+def _stage(
+    model: Any, motion: ExplicitMotion, rules: ExplicitRules, t: float, q: np.ndarray, u: np.ndarray, number: int
+) -> bool:
+    """Write the rates of a stage; q and u are projected, but quaternions keep their lengths in their rates.
+
+    q and u are minimal coordinates and their rates, if there are any.
+    """
+    if motion.counts[SPEEDS] > 0:
+        of_q, of_u = motion.of_q[number], motion.of_u[number]
+        counts = rules.weights[number] != 0.0
+        good, put_in, lost = minimal_rates(model, t, q, u, of_q, of_u, motion.pairs, motion.drives, counts)
+        motion.of_energy[number, 0], motion.of_energy[number, 1] = put_in, lost
+        motion.counts[FORCES] += 1
+        return good
     raw = q.copy()
     with_unit_quaternions(q, u.shape[0])
     motion.of_u[number, :] = 0.0
     if not _accelerate(model, t, q, u, motion.of_u[number], number > 0):
         return False
     copy_into(pose_rates(raw, u), motion.of_q[number])
-    motion.of_energy[number, 0], motion.of_energy[number, 1] = powers(model, t, q, u, motion.pairs, motion.drives)
+    if rules.weights[number] != 0.0:
+        motion.of_energy[number, 0], motion.of_energy[number, 1] = powers(model, t, q, u, motion.pairs, motion.drives)
     motion.counts[FORCES] += 1
     return True
 
@@ -209,10 +281,12 @@ def _stage(model: Any, motion: ExplicitMotion, t: float, q: np.ndarray, u: np.nd
 def _stages(model: Any, motion: ExplicitMotion, rules: ExplicitRules, t: float, end: float, h: float) -> bool:
     """Write the rates of all stages after the first one, which are inside the step: forces jump at breaks."""
     first, last = np.nextafter(t, math.inf), np.nextafter(end, -math.inf)
+    y, v = _state(motion)
+    q, u = motion.at_q[: y.shape[0]], motion.at_u[: v.shape[0]]
     for i in range(1, rules.nodes.shape[0]):
-        q = _sum(motion.q, motion.of_q[:i], rules.stages[i], h)
-        u = _sum(motion.u, motion.of_u[:i], rules.stages[i], h)
-        if not _stage(model, motion, min(max(t + rules.nodes[i] * h, first), last), q, u, i):
+        _add(y, motion.of_q, rules.stages[i], i, h, q)
+        _add(v, motion.of_u, rules.stages[i], i, h, u)
+        if not _stage(model, motion, rules, min(max(t + rules.nodes[i] * h, first), last), q, u, i):
             return False
     return True
 
@@ -220,12 +294,21 @@ def _stages(model: Any, motion: ExplicitMotion, rules: ExplicitRules, t: float, 
 @kernel
 def _sum(start: np.ndarray, rates: np.ndarray, weights: np.ndarray, h: float) -> np.ndarray:
     """Start plus h times the weighted sum of rates (m, n)."""
-    out = start.copy()
-    for i in range(rates.shape[0]):
-        if weights[i] != 0.0:
-            for k in range(out.shape[0]):
-                out[k] += h * weights[i] * rates[i, k]
+    out = np.empty(start.shape[0])
+    _add(start, rates, weights, rates.shape[0], h, out)
     return out
+
+
+@kernel
+def _add(start: np.ndarray, rates: np.ndarray, weights: np.ndarray, count: int, h: float, out: np.ndarray) -> None:
+    """Write start plus h times the weighted sum of the first rates (m, n)."""
+    for k in range(out.shape[0]):
+        out[k] = start[k]
+    for i in range(count):
+        if weights[i] != 0.0:
+            factor = h * weights[i]
+            for k in range(out.shape[0]):
+                out[k] += factor * rates[i, k]
 
 
 @shared
@@ -236,23 +319,37 @@ def _energy(motion: ExplicitMotion, rules: ExplicitRules, h: float, column: int)
     return total
 
 
+@shared
+def _weighed(
+    model: Any, motion: ExplicitMotion, rules: ExplicitRules, y: np.ndarray, weights: np.ndarray, h: float
+) -> float:
+    """Sum of the squares of the errors of increments and velocities over their tolerances, at the new coordinates y."""
+    speeds = motion.counts[SPEEDS] if motion.counts[SPEEDS] > 0 else motion.u.shape[0]
+    of_q, of_u = _sum(np.zeros(y.shape[0]), motion.of_q, weights, h), _sum(np.zeros(speeds), motion.of_u, weights, h)
+    if motion.counts[SPEEDS] > 0:
+        from_minimal_changes(model, y, of_q, of_u, motion.moved, motion.faster)
+        of_q, of_u = motion.moved, motion.faster
+    else:
+        of_q = increments_of_rates(y, of_q, of_u.shape[0])
+    return _sum_of_squares(of_q, of_u, motion.u, rules.tolerance, rules.velocity, rules.rtol)
+
+
 @kernel
-def _weighed(motion: ExplicitMotion, rules: ExplicitRules, weights: np.ndarray, h: float) -> float:
-    """Sum of the squares of the errors of increments and velocities over their tolerances."""
-    of_q, of_u = _sum(np.zeros(motion.q.shape[0]), motion.of_q, weights, h), np.zeros(motion.u.shape[0])
-    of_u = _sum(of_u, motion.of_u, weights, h)
-    of_q = increments_of_rates(motion.q, of_q, of_u.shape[0])
+def _sum_of_squares(
+    of_q: np.ndarray, of_u: np.ndarray, u: np.ndarray, tolerance: np.ndarray, velocity: np.ndarray, rtol: float
+) -> float:
     total = 0.0
     for i in range(of_u.shape[0]):
-        total += (of_q[i] / rules.tolerance[i]) ** 2
-        total += (of_u[i] / (rules.rtol * (rules.velocity[i] + abs(motion.u[i])))) ** 2
+        total += (of_q[i] / tolerance[i]) ** 2
+        total += (of_u[i] / (rtol * (velocity[i] + abs(u[i])))) ** 2
     return total
 
 
 @shared
-def _error(motion: ExplicitMotion, rules: ExplicitRules, h: float) -> float:
+def _error(model: Any, motion: ExplicitMotion, rules: ExplicitRules, y: np.ndarray, h: float) -> float:
     """Error of a step over the tolerance, from both estimates as in DOP853."""
-    fifth, third = _weighed(motion, rules, rules.error_5, h), _weighed(motion, rules, rules.error_3, h)
+    fifth = _weighed(model, motion, rules, y, rules.error_5, h)
+    third = _weighed(model, motion, rules, y, rules.error_3, h)
     if not math.isfinite(fifth + third):
         return math.inf
     below = fifth + 0.01 * third
@@ -266,17 +363,18 @@ def march_explicit(
 ) -> int:  # fmt: skip
     """Take at most `most` steps up to `until`, with the energy balance, as `fsm.solve.stepping.march.march`."""
     sizes, last = motion.sizes, records.shape[0] - 1
+    _begin(model, motion)
     for number in range(most):
         begin, record = sizes[TIME], records[min(number, last)]
         if not begin < until:
             break
         outcome = take_step(model, motion, rules, until)
         if outcome != STEPPED:
-            return outcome
+            return _end(model, motion, outcome)
         kinetic, potential, _, power, driven = energies(model, sizes[TIME], motion.q, motion.u, 0.0, record)
         if end_step(balance, record, motion, begin, sizes[DONE], sizes[LOST], kinetic, potential, power, driven):
             break
-    return STEPPED
+    return _end(model, motion, STEPPED)
 
 
 @kernel

@@ -46,6 +46,10 @@ class Calls(NamedTuple):
     lock: Any
     advance: Any
     consistent: Any
+    to_minimal: Any
+    minimal_rates: Any
+    from_minimal: Any
+    from_minimal_changes: Any
 
 
 class ArrayModel(NamedTuple):
@@ -61,6 +65,7 @@ class ArrayModel(NamedTuple):
         arguments = Calls(
             state, state, (t, t, u, True), (), (u,), (u,), (q, u), (u,), (u,), (u,), (), (*state, t), state, state, (),
             (*state, t, u), (t, t, True), (*state, np.zeros((2, 0)), u), (t,), (u,), (*state, u, True),
+            (*state, q, u), (*state, q, u, np.zeros((2, 0)), u, True), (q, u, q, u), (q, q, u, u, u),
         )  # fmt: skip
         example = Example(arrays)
         return cls(pointers(kernels, Calls(*((example, *rest) for rest in arguments))), arrays)
@@ -203,6 +208,41 @@ def consistent(model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndar
     return bool(model.consistent(t, q, u, rate, inside))
 
 
+def to_minimal(
+    model: Any, t: float, q: np.ndarray, u: np.ndarray, y: np.ndarray, v: np.ndarray
+) -> tuple[int, int]:
+    """Write the state to minimal coordinates y and rates v, and return their numbers; zero if the model has none.
+
+    Minimal coordinates are those of joints that form trees. Locked directions then need neither multipliers nor projections.
+    They count from this state. The present multipliers become zero, until a call of `consistent`.
+    """
+    coordinates, rates = model.to_minimal(t, q, u, y, v)
+    return coordinates, rates
+
+
+def minimal_rates(
+    model: Any, t: float, y: np.ndarray, v: np.ndarray, of_y: np.ndarray, of_v: np.ndarray, of_pairs: np.ndarray,
+    drive_force: np.ndarray, counts: bool,
+) -> tuple[bool, float, float]:  # fmt: skip
+    """Write the rates of minimal coordinates and of their rates. Returns false if the mass is singular; then the `powers` if
+    `counts`, else zeros.
+    """
+    good, put_in, lost = model.minimal_rates(t, y, v, of_y, of_v, of_pairs, drive_force, counts)
+    return good, put_in, lost
+
+
+def from_minimal(model: Any, y: np.ndarray, v: np.ndarray, q: np.ndarray, u: np.ndarray) -> bool:
+    """Write the state of minimal coordinates to q and u; quaternions of y are normalised."""
+    return bool(model.from_minimal(y, v, q, u))
+
+
+def from_minimal_changes(
+    model: Any, y: np.ndarray, change: np.ndarray, of_rates: np.ndarray, moved: np.ndarray, faster: np.ndarray
+) -> bool:
+    """Write the increments (nu,) and changes of velocities (nu,) by small changes of y and of v, near the last state."""
+    return bool(model.from_minimal_changes(y, change, of_rates, moved, faster))
+
+
 def stored(model: Any, t: float, q: np.ndarray, u: np.ndarray, record: np.ndarray) -> tuple[float, float]:
     """Kinetic energy, and kinetic and potential energy without driven bodies, J; the record is work space."""
     kinetic, total = model.stored(t, q, u)
@@ -229,8 +269,41 @@ def always_consistent(
     return False
 
 
+@kernel
+def never_to_minimal(
+    model: Any, t: float, q: np.ndarray, u: np.ndarray, y: np.ndarray, v: np.ndarray
+) -> tuple[int, int]:
+    """`to_minimal` of models without minimal coordinates."""
+    return 0, 0
+
+
+@kernel
+def never_minimal_rates(
+    model: Any, t: float, y: np.ndarray, v: np.ndarray, of_y: np.ndarray, of_v: np.ndarray, of_pairs: np.ndarray,
+    drive_force: np.ndarray, counts: bool,
+) -> tuple[bool, float, float]:  # fmt: skip
+    """`minimal_rates` of models without minimal coordinates."""
+    return False, 0.0, 0.0
+
+
+@kernel
+def never_from_minimal(model: Any, y: np.ndarray, v: np.ndarray, q: np.ndarray, u: np.ndarray) -> bool:
+    """`from_minimal` of models without minimal coordinates."""
+    return False
+
+
+@kernel
+def never_from_minimal_changes(
+    model: Any, y: np.ndarray, change: np.ndarray, of_rates: np.ndarray, moved: np.ndarray, faster: np.ndarray
+) -> bool:
+    """`from_minimal_changes` of models without minimal coordinates."""
+    return False
+
+
+NOT_MINIMAL = never_to_minimal, never_minimal_rates, never_from_minimal, never_from_minimal_changes
+"""Last kernels of `Calls` for models without minimal coordinates."""
 UNLOCKED = never_locks, never_advances, always_consistent
-"""Last kernels of `Calls` for models without locked directions."""
+"""Kernels of `Calls` before the last ones, for models without locked directions."""
 
 
 def _called(name: str) -> Any:

@@ -35,12 +35,15 @@ class Explicit(StepMethod):
     ) -> None:
         from scipy.integrate import DOP853
 
-        sizes, counts, still = np.zeros(11), np.zeros(11, dtype=np.int64), np.zeros(len(u))
+        sizes, counts, still = np.zeros(11), np.zeros(13, dtype=np.int64), np.zeros(len(u))
         sizes[MAX_STEP], sizes[LONGEST] = max_step, math.inf
         observed, stages = system.observe(t, q, u), len(DOP853.B)
         q, u = np.array(q, dtype=float), np.array(u, dtype=float)
+        of_q, of_u = np.zeros((stages, len(q))), np.zeros((stages, len(u)))
+        y, at_q = np.zeros((2, len(q)))
+        v, at_u, moved, faster = np.zeros((4, len(u)))
         motion = ExplicitMotion(
-            q, u, still, sizes, counts, np.zeros((stages, len(q))), np.zeros((stages, len(u))), np.zeros((stages, 2)),
+            q, u, still, sizes, counts, y, v, of_q, of_u, at_q, at_u, moved, faster, np.zeros((stages, 2)),
             np.zeros((2, len(observed.pairs.force))), np.zeros(len(observed.drive.force)),
         )  # fmt: skip
         super().__init__(system, t, q, motion, True)

@@ -134,6 +134,10 @@ class SystemModel:
         self.system.commit(t, q, u)
         return self.system.longest_step(t, q, u)
 
+    def to_minimal(self, t: float, q: np.ndarray, u: np.ndarray, y: np.ndarray, v: np.ndarray) -> tuple[int, int]:
+        """See `fsm.solve.stepping.model`; steps in Python project all coordinates."""
+        return 0, 0
+
     def keep_tangent(self, by_stiffness: float, by_damping: float, first: bool) -> bool:
         """See `fsm.solve.stepping.model`."""
         linear = self._linear

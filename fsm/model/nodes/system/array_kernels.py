@@ -28,7 +28,7 @@ from fsm.model.nodes.system.array_forces import (
     sum_tangents,
 )
 from fsm.solve.stepping.equilibrium import RestCalls, never_advance, never_lock
-from fsm.solve.stepping.model import CREASES, DRIVES, KINETIC, PANELS, STEADY, UNLOCKED, Calls
+from fsm.solve.stepping.model import CREASES, DRIVES, KINETIC, NOT_MINIMAL, PANELS, STEADY, UNLOCKED, Calls
 from fsm.solve.stepping.vectors import copy_into, inner, kept
 
 
@@ -304,6 +304,7 @@ KERNELS = Calls(
     force, renewed_force, _factorise, _factorise_mass, solve, _mapped, _retract, _mass_times, _stiffness_times,
     _damping_times, _contacts_opened, _part_of_step, _longest_step, _accept, _unable, energies, keep_tangent, powers,
     *UNLOCKED,
+    *NOT_MINIMAL,
 )  # fmt: skip
 """Kernels of `Coordinates` that time steps call."""
 AT_REST = RestCalls(
