@@ -4,6 +4,31 @@ from __future__ import annotations
 
 from fsm.kernels.jit import kernel
 
+NEAR = 1e-9
+"""Distance from a limit that counts as at the limit, rad or m; relative if larger than 1."""
+
+
+@kernel(inline=True)
+def ends_at(before: float, beyond: float, near: float) -> bool:
+    """Whether a step ends at the limit, where the effort of a damper jumps: it belongs to the next step.
+
+    Parameters
+    ----------
+    before, beyond : penetration at both ends of a step, negative before the limit, m or rad
+    near : distance that counts as at the limit, m or rad
+    """
+    return bool(before < -near and beyond <= near)
+
+
+@kernel
+def part_to(before: float, now: float, event: float, near: float) -> float:
+    """Part of a step after which a value that increases is just beyond an event: 1 at its end, 2 if it is later."""
+    if not (before < event - near and now >= event - near):
+        return 2.0
+    if now <= event + near:
+        return 1.0
+    return (event + 0.5 * near - before) / (now - before)
+
 
 @kernel
 def one_sided(beyond: float, rate: float, stiffness: float, damping: float) -> tuple[float, float, float, float, float]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d
 from fsm.kernels.jit import kernel
+from fsm.laws.one_sided import NEAR, part_to
 from fsm.model.elements.joint_laws import (
     BEFORE,
     COORDINATE,
@@ -39,44 +40,34 @@ from fsm.model.elements.joint_laws import (
     UPPER,
     kept,
     opens,
+    part_to_parting,
     released,
     stops,
+    stops_after,
 )
 
 LATCHES, OPENS, HITS = range(3)
 """What happens."""
 WORDS = "latch closes", "latch opens", "stop is hit"
-_NEAR = 1e-9
-"""Distance from an event that counts as at the event, rad or m; relative if larger than 1."""
-
-
-@kernel
-def _part_to(before: float, now: float, event: float, near: float) -> float:
-    """Part of a step after which a value that increases is just beyond an event: 1 at its end, 2 if it is later."""
-    if not (before < event - near and now >= event - near):
-        return 2.0
-    if now <= event + near:
-        return 1.0
-    return (event + 0.5 * near - before) / (now - before)
 
 
 @kernel
 def part_before_event(own: np.ndarray, i: int, c: float, rate: float) -> float:
     """Part of a step, which ends at a coordinate and a rate, up to its first event; 2 without one."""
-    law, before, part = floats_2d(own, LAWS)[i], kept(own, COORDINATE, i), 2.0
+    law, before, part = floats_2d(own, LAWS)[i], kept(own, COORDINATE, i), part_to_parting(own, i, c, rate)
     if law[STOP] > 0.0:
-        part = min(part, _part_to(before, c, law[UPPER], _NEAR * max(1.0, abs(law[UPPER]))))
-        part = min(part, _part_to(-before, -c, -law[LOWER], _NEAR * max(1.0, abs(law[LOWER]))))
+        part = min(part, part_to(before, c, law[UPPER], NEAR * max(1.0, abs(law[UPPER]))))
+        part = min(part, part_to(-before, -c, -law[LOWER], NEAR * max(1.0, abs(law[LOWER]))))
     if law[LATCH] > 0.0:
-        sense, near = law[LATCH_SENSE], _NEAR * max(1.0, abs(law[LATCH_AT]))
+        sense, near = law[LATCH_SENSE], NEAR * max(1.0, abs(law[LATCH_AT]))
         if kept(own, LATCHED, i) == 0.0:
-            part = min(part, _part_to(sense * before, sense * c, sense * law[LATCH_AT], near))
+            part = min(part, part_to(sense * before, sense * c, sense * law[LATCH_AT], near))
         else:  # on the way back the damping of a closed latch begins at once
             back = law[PLAY] - sense * law[LATCH_AT]
-            part = min(part, _part_to(-sense * before, -sense * c, back, near))
+            part = min(part, part_to(-sense * before, -sense * c, back, near))
         if kept(own, LATCHED, i) != 0.0 and law[OPENS_AT] < np.inf:
             effort, most = -sense * stops(own, i, c, rate)[0], law[OPENS_AT]
-            part = min(part, _part_to(-sense * kept(own, BEFORE, i), effort, most, STRONG * most))
+            part = min(part, part_to(-sense * kept(own, BEFORE, i), effort, most, STRONG * most))
     return part
 
 
@@ -123,7 +114,7 @@ def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> flo
         return 0.0
     if law[LATCH] > 0.0 and memory[LATCHED * m + i] == 0.0:
         past = law[LATCH_SENSE] * (c - law[LATCH_AT])
-        if past >= -_NEAR * max(1.0, abs(law[LATCH_AT])) and abs(rate) <= law[SLOWER]:
+        if past >= -NEAR * max(1.0, abs(law[LATCH_AT])) and abs(rate) <= law[SLOWER]:
             way = law[LATCH_SENSE] * (c - c_before)
             back = max(past, 0.0) / way if way > past else 0.0  # part of the step after the latch
             speed = law[LATCH_SENSE] * impact
@@ -131,7 +122,7 @@ def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> flo
                 speed += (1.0 - back) * (rate - speed)
             memory[LATCHED * m + i] = 1.0
             memory[IN_LATCH * m + i] = _add(own, LATCHES, i, t - back * step, speed, law[LATCH_AT])
-    effort = stops(own, i, c, rate)[0]
+    effort = stops_after(own, i, c, c, rate)[0]
     outside = c < law[LOWER] or c > law[UPPER]
     if law[STOP] > 0.0 and outside and memory[IN_STOP * m + i] == 0.0:
         limit = law[LOWER] if c < law[LOWER] else law[UPPER]
@@ -139,14 +130,14 @@ def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> flo
         back = abs(c - limit) / way if way > abs(c - limit) else 0.0
         sign = -1.0 if c < law[LOWER] else 1.0
         # a coordinate that rests on a stop, as at the start, does not hit it
-        rests = abs(impact) < law[SLOWEST] and sign * (c_before - limit) >= -_NEAR * max(1.0, abs(limit))
+        rests = abs(impact) < law[SLOWEST] and sign * (c_before - limit) >= -NEAR * max(1.0, abs(limit))
         memory[IN_STOP * m + i] = -1.0 if rests else _add(own, HITS, i, t - back * step, sign * impact, limit)
     touching, impulse = effort != 0.0, 0.0
     if step > 0.0:  # Simpson's rule, with the middle of the cubic between both states
         faster = memory[RATE * m + i]
         middle = 0.5 * (c_before + c) + 0.125 * step * (faster - rate)
         between = stops(own, i, middle, 1.5 * (c - c_before) / step - 0.25 * (faster + rate))[0]
-        impulse = abs(before + 4.0 * between + effort) * step / 6.0
+        impulse = abs(before + 4.0 * between + stops(own, i, c, rate)[0]) * step / 6.0
     for which in (IN_STOP, IN_LATCH):
         _follow(own, int(memory[which * m + i]), effort, impulse, touching)
     if not outside:
@@ -156,6 +147,6 @@ def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> flo
         memory[LATCHED * m + i] = -1.0
         memory[IN_LATCH * m + i] = 0.0
         _add(own, OPENS, i, t, rate, c)
-        effort = stops(own, i, c, rate)[0]
+        effort = stops_after(own, i, c, c, rate)[0]
     memory[BEFORE * m + i] = effort
     return opened

@@ -142,7 +142,7 @@ def take_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: f
             if not _accelerate(model, np.nextafter(end, -math.inf), q, u, motion.rate, False):  # motors jump at breaks
                 return UNABLE if unable(model) else NO_SOLUTION
             part = part_of_step(model, end, q, u, h)
-            if part == 1.0:
+            if part >= 1.0:
                 break
         counts[REJECTED] += 1
         shorter = part if part < 1.0 else max(_SHRINK, _SAFETY * error ** (-1.0 / _ORDER)) if error < math.inf else _SHRINK
