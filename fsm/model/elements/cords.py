@@ -354,7 +354,7 @@ class CordGroup(ElementGroup):
 
     @property
     def memory_of(self) -> np.ndarray:
-        """Elongations (m,) and rates of lengths (m,) at the last accepted state, m and m/s; infinite before the first one."""
+        """Elongations (m,) and rates of lengths (m,) at the last accepted state, m and m/s; infinite before it."""
         return self.arrays[_KEPT - OWN].reshape(-1)
 
     @property
