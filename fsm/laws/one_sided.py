@@ -4,6 +4,58 @@ from __future__ import annotations
 
 from fsm.kernels.jit import kernel
 
+NEAR = 1e-9
+"""Distance from a limit that counts as at the limit, rad or m; relative if larger than 1."""
+_ROOT = 60
+"""Largest number of iterations for the time of an event in a step."""
+
+
+@kernel(inline=True)
+def ends_at(before: float, beyond: float, near: float) -> bool:
+    """Whether a step ends at the limit, where the effort of a damper jumps: it belongs to the next step.
+
+    Parameters
+    ----------
+    before, beyond : penetration at both ends of a step, negative before the limit, m or rad
+    near : distance that counts as at the limit, m or rad
+    """
+    return bool(before < -near and beyond <= near)
+
+
+@kernel
+def part_to(before: float, now: float, event: float, near: float, begins: float, ends: float) -> float:
+    """Part of a step after which a value that increases is just beyond an event: 1 at its end, 2 if it is later.
+
+    `begins` and `ends` are the slopes at both ends of the step, per step; the value between them is the cubic (Hermite).
+    """
+    if not (before < event - near and now >= event - near):
+        return 2.0
+    if now <= event + near:
+        return 1.0
+    low, high, target = 0.0, 1.0, event + 0.5 * near - before
+    way = now - before
+    part = target / way
+    for _ in range(_ROOT):
+        value = part * (begins + part * (3.0 * way - 2.0 * begins - ends + part * (begins + ends - 2.0 * way)))
+        slope = begins + part * (2.0 * (3.0 * way - 2.0 * begins - ends) + 3.0 * part * (begins + ends - 2.0 * way))
+        if value < target:
+            low = part
+        else:
+            high = part
+        found = part - (value - target) / slope if slope > 0.0 else 0.5 * (low + high)
+        if not low < found < high:
+            found = 0.5 * (low + high)
+        if found == part:
+            break
+        part = found
+    return part
+
+
+@kernel
+def part_of_line(before: float, now: float, event: float, near: float) -> float:
+    """See `part_to`; the value is a straight line over the step."""
+    return part_to(before, now, event, near, now - before, now - before)
+
 
 @kernel
 def one_sided(beyond: float, rate: float, stiffness: float, damping: float) -> tuple[float, float, float, float, float]:

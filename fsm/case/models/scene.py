@@ -269,7 +269,8 @@ class ContactPair(Model):
     )
     geometry: str | None = Field(
         default=None,
-        description='"ellipsoid-on-plane", or a geometry of an extension; both sides are bodies, or one is the ground',
+        description='"ellipsoid-on-plane", "cylinder-on-cylinder", or a geometry of an extension; both sides are bodies, '
+        "or one is the ground",
         json_schema_extra={"default": "by the sides"},
     )
     parameters: dict[str, Any] | None = Field(default=None, description="parameters of this geometry")

@@ -113,6 +113,12 @@ def part_before_event(model: Segments, t: float, step: float) -> float:
 
 
 @kernel
+def accepted_part(part: float, of_event: float) -> float:
+    """See `fsm.solve.stepping.model.part_of_step`, from the parts of contacts (at most 1) and of events (2 without one)."""
+    return 2.0 if part == 1.0 and of_event == 1.0 else min(part, of_event)
+
+
+@kernel
 def accept_elements(model: Segments, t: float) -> None:
     """Let elements with memory accept the present poses."""
     for k in range(model.elements.shape[0]):

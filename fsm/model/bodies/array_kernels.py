@@ -13,7 +13,7 @@ from fsm.kernels.block_sum import effective_stiffness
 from fsm.kernels.body_poses import increment_blocks
 from fsm.kernels.jit import kernel
 from fsm.model.bodies import arrays as at
-from fsm.model.bodies.array_energies import accept_elements, energies, part_before_event, powers
+from fsm.model.bodies.array_energies import accept_elements, accepted_part, energies, part_before_event, powers
 from fsm.model.bodies.array_forces import force, place, renewed_force, retract
 from fsm.model.bodies.array_locked import add_inertia, advance, consistent, lock
 from fsm.model.bodies.array_minimal import MINIMAL
@@ -137,7 +137,7 @@ def _part_of_step(model: Segments, t: float, q: np.ndarray, u: np.ndarray, step:
     part = 1.0
     if model.groups.shape[0] > 0:
         part = model.by_contacts.part_of_step(model.table, model.groups, model.contact_laws, t, step)
-    return min(float(part), part_before_event(model, t, step))
+    return accepted_part(float(part), part_before_event(model, t, step))
 
 
 @kernel

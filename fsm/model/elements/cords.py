@@ -28,14 +28,17 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import pieces_at, program_at
 from fsm.kernels.programs import Program, table_of
 from fsm.kernels.scatter import add_block
-from fsm.laws.one_sided import mean_loss, one_sided
+from fsm.laws.one_sided import NEAR, ends_at, mean_loss, one_sided, part_of_line
 from fsm.model.bodies.arrays import DAMPING, DOF, FORCE, POSES, RATES, STIFFNESS, STORED, pattern_of
 from fsm.model.elements.element_group import LAST, OWN, ElementGroup, ElementKernels, bodies_of
 
-_LINES, _ACROSS, _PULLEYS, _LAWS, _PIECES = range(OWN, OWN + 5)
+_LINES, _ACROSS, _PULLEYS, _LAWS, _KEPT, _PIECES = range(OWN, OWN + 6)
 _STIFFNESS, _DAMPING, _SLIP = range(3)
 _STRAIGHT = 1e-6
 """Least sine of the angle over a pulley in the derivatives of this angle, which a straight cord does not have."""
+
+_INSIDE = 1e-6
+"""Distance from the ends of a step, relative to it, at which the speed of a spool is that inside the step."""
 
 
 class Way(NamedTuple):
@@ -121,7 +124,10 @@ def _tensions(
     free, pace, _ = program_at(pieces_at(own, _PIECES), i, t)
     parts, size = way.lengths.shape[0], way.slopes.shape[1]
     length, rate = way.lengths.sum(), way.rates.sum()
-    mean, by_length, by_speed, energy, lost = one_sided(length - free, rate - pace, law[_STIFFNESS], law[_DAMPING])
+    taut, damping = length - free, law[_DAMPING]
+    if ends_at(floats_2d(own, _KEPT)[0, i], taut, NEAR * max(1.0, free)):
+        damping = 0.0
+    mean, by_length, by_speed, energy, lost = one_sided(taut, rate - pace, law[_STIFFNESS], damping)
     part, by_pose, by_rate = np.ones(parts), np.zeros((parts, size)), np.zeros((parts, size))  # of exp(-sum mu theta tanh)
     whole, spun, angle = np.zeros(size), np.zeros(size), np.zeros(size)
     if bent:
@@ -260,6 +266,39 @@ def _mean_loss(own: np.ndarray, i: int, t: float, per_second: float, way: Way) -
 
 
 @kernel
+def _elongation(table: np.ndarray, own: np.ndarray, i: int, t: float) -> tuple[float, float, float]:
+    """Elongation of a cord, m, negative if it is slack, the rate of its length, m/s, and its free length, m."""
+    free = program_at(pieces_at(own, _PIECES), i, t)[0]
+    way = _way(floats_2d(table, POSES), floats_2d(table, RATES), own, i, 0.0, False)
+    return float(way.lengths.sum() - free), float(way.rates.sum()), free
+
+
+@kernel
+def _part(table: np.ndarray, own: np.ndarray, t: float, step: float) -> float:
+    """Shorten a step in which a damped cord becomes taut or slack, so that it ends there."""
+    part, kept = 2.0, floats_2d(own, _KEPT)
+    for i in range(bodies_of(own).shape[0]):
+        law = floats_2d(own, _LAWS)[i]
+        if law[_DAMPING] > 0.0:
+            taut, rate, free = _elongation(table, own, i, t)
+            near, late = NEAR * max(1.0, free), law[_DAMPING] / law[_STIFFNESS]
+            part = min(part, part_of_line(kept[0, i], taut, 0.0, near))
+            if kept[0, i] > 0.0:  # the speed of a spool may jump at both ends of the step
+                first = program_at(pieces_at(own, _PIECES), i, t - (1.0 - _INSIDE) * step)[1]
+                last = program_at(pieces_at(own, _PIECES), i, t - _INSIDE * step)[1]
+                pulled = kept[0, i] + late * (kept[1, i] - first)
+                part = min(part, part_of_line(-pulled, -taut - late * (rate - last), 0.0, near))
+    return part if part <= 1.0 else 0.0
+
+
+@kernel
+def _accept(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+    for i in range(bodies_of(own).shape[0]):
+        floats_2d(own, _KEPT)[0, i], floats_2d(own, _KEPT)[1, i], _ = _elongation(table, own, i, t)
+    return 0.0
+
+
+@kernel
 def cord_states(own: np.ndarray, poses: np.ndarray, rates: np.ndarray, t: float, found: np.ndarray) -> None:
     """Write length, its rate, and tension at the first and the second end of each cord, (m, 4)."""
     for i in range(found.shape[0]):
@@ -268,7 +307,7 @@ def cord_states(own: np.ndarray, poses: np.ndarray, rates: np.ndarray, t: float,
         found[i, 0], found[i, 1], found[i, 2], found[i, 3] = way.lengths.sum(), way.rates.sum(), tension[0], tension[-1]
 
 
-_KERNELS = ElementKernels(_force, _tangent, _keep, _stored, _lost)
+_KERNELS = ElementKernels(_force, _tangent, _keep, _stored, _lost, _accept, part=_part)
 
 
 @dataclass(frozen=True)
@@ -300,6 +339,7 @@ class CordGroup(ElementGroup):
     free: tuple[Program, ...]
     names: tuple[str, ...]
     categories = ("panels",)
+    has_events = True
     kernels = _KERNELS
 
     @property
@@ -310,7 +350,17 @@ class CordGroup(ElementGroup):
     @cached_property
     def arrays(self) -> list[np.ndarray]:
         """See `ElementGroup`."""
-        return [self.lines, self.across, self.pulleys, self.laws, *table_of(self.free)]
+        return [self.lines, self.across, self.pulleys, self.laws, self.first_memory.reshape(2, -1), *table_of(self.free)]
+
+    @property
+    def memory_of(self) -> np.ndarray:
+        """Elongations (m,) and rates of lengths (m,) at the last accepted state, m and m/s; infinite before it."""
+        return self.arrays[_KEPT - OWN].reshape(-1)
+
+    @property
+    def first_memory(self) -> np.ndarray:
+        """See `ElementGroup`."""
+        return np.full(2 * len(self.names), np.inf)
 
     @cached_property
     def rate_dependent(self) -> bool:

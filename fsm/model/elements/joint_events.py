@@ -11,6 +11,7 @@ import numpy as np
 
 from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d
 from fsm.kernels.jit import kernel
+from fsm.laws.one_sided import NEAR, part_of_line, part_to
 from fsm.model.elements.joint_laws import (
     BEFORE,
     COORDINATE,
@@ -39,66 +40,35 @@ from fsm.model.elements.joint_laws import (
     UPPER,
     kept,
     opens,
+    part_to_parting,
     released,
     stops,
+    stops_after,
 )
 
 LATCHES, OPENS, HITS = range(3)
 """What happens."""
 WORDS = "latch closes", "latch opens", "stop is hit"
-_ROOT = 60
-"""Largest number of iterations for the time of an event in a step."""
-_NEAR = 1e-9
-"""Distance from an event that counts as at the event, rad or m; relative if larger than 1."""
-
-
-@kernel
-def _part_to(before: float, now: float, event: float, near: float, begins: float, ends: float) -> float:
-    """Part of a step after which a value that increases is just beyond an event: 1 at its end, 2 if it is later.
-
-    `begins` and `ends` are the slopes at both ends of the step, per step; the value between them is the cubic (Hermite).
-    """
-    if not (before < event - near and now >= event - near):
-        return 2.0
-    if now <= event + near:
-        return 1.0
-    low, high, target = 0.0, 1.0, event + 0.5 * near - before
-    way = now - before
-    part = target / way
-    for _ in range(_ROOT):
-        value = part * (begins + part * (3.0 * way - 2.0 * begins - ends + part * (begins + ends - 2.0 * way)))
-        slope = begins + part * (2.0 * (3.0 * way - 2.0 * begins - ends) + 3.0 * part * (begins + ends - 2.0 * way))
-        if value < target:
-            low = part
-        else:
-            high = part
-        found = part - (value - target) / slope if slope > 0.0 else 0.5 * (low + high)
-        if not low < found < high:
-            found = 0.5 * (low + high)
-        if found == part:
-            break
-        part = found
-    return part
 
 
 @kernel
 def part_before_event(own: np.ndarray, i: int, c: float, rate: float, step: float) -> float:
     """Part of a step (s), which ends at a coordinate and a rate, up to its first event; 2 without one."""
-    law, before, part = floats_2d(own, LAWS)[i], kept(own, COORDINATE, i), 2.0
+    law, before, part = floats_2d(own, LAWS)[i], kept(own, COORDINATE, i), part_to_parting(own, i, c, rate)
     begins, ends = step * kept(own, RATE, i), step * rate
     if law[STOP] > 0.0:
-        part = min(part, _part_to(before, c, law[UPPER], _NEAR * max(1.0, abs(law[UPPER])), begins, ends))
-        part = min(part, _part_to(-before, -c, -law[LOWER], _NEAR * max(1.0, abs(law[LOWER])), -begins, -ends))
+        part = min(part, part_to(before, c, law[UPPER], NEAR * max(1.0, abs(law[UPPER])), begins, ends))
+        part = min(part, part_to(-before, -c, -law[LOWER], NEAR * max(1.0, abs(law[LOWER])), -begins, -ends))
     if law[LATCH] > 0.0:
-        sense, near = law[LATCH_SENSE], _NEAR * max(1.0, abs(law[LATCH_AT]))
+        sense, near = law[LATCH_SENSE], NEAR * max(1.0, abs(law[LATCH_AT]))
         if kept(own, LATCHED, i) == 0.0:
-            part = min(part, _part_to(sense * before, sense * c, sense * law[LATCH_AT], near, sense * begins, sense * ends))
+            part = min(part, part_to(sense * before, sense * c, sense * law[LATCH_AT], near, sense * begins, sense * ends))
         else:  # on the way back the damping of a closed latch begins at once
             back = law[PLAY] - sense * law[LATCH_AT]
-            part = min(part, _part_to(-sense * before, -sense * c, back, near, -sense * begins, -sense * ends))
+            part = min(part, part_to(-sense * before, -sense * c, back, near, -sense * begins, -sense * ends))
         if kept(own, LATCHED, i) != 0.0 and law[OPENS_AT] < np.inf:
-            effort, most, first = -sense * stops(own, i, c, rate)[0], law[OPENS_AT], -sense * kept(own, BEFORE, i)
-            part = min(part, _part_to(first, effort, most, STRONG * most, effort - first, effort - first))
+            effort, most = -sense * stops(own, i, c, rate)[0], law[OPENS_AT]
+            part = min(part, part_of_line(-sense * kept(own, BEFORE, i), effort, most, STRONG * most))
     return part
 
 
@@ -145,7 +115,7 @@ def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> flo
         return 0.0
     if law[LATCH] > 0.0 and memory[LATCHED * m + i] == 0.0:
         past = law[LATCH_SENSE] * (c - law[LATCH_AT])
-        if past >= -_NEAR * max(1.0, abs(law[LATCH_AT])) and abs(rate) <= law[SLOWER]:
+        if past >= -NEAR * max(1.0, abs(law[LATCH_AT])) and abs(rate) <= law[SLOWER]:
             way = law[LATCH_SENSE] * (c - c_before)
             back = max(past, 0.0) / way if way > past else 0.0  # part of the step after the latch
             speed = law[LATCH_SENSE] * impact
@@ -153,7 +123,7 @@ def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> flo
                 speed += (1.0 - back) * (rate - speed)
             memory[LATCHED * m + i] = 1.0
             memory[IN_LATCH * m + i] = _add(own, LATCHES, i, t - back * step, speed, law[LATCH_AT])
-    effort = stops(own, i, c, rate)[0]
+    effort = stops_after(own, i, c, c, rate)[0]
     outside = c < law[LOWER] or c > law[UPPER]
     if law[STOP] > 0.0 and outside and memory[IN_STOP * m + i] == 0.0:
         limit = law[LOWER] if c < law[LOWER] else law[UPPER]
@@ -161,14 +131,14 @@ def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> flo
         back = abs(c - limit) / way if way > abs(c - limit) else 0.0
         sign = -1.0 if c < law[LOWER] else 1.0
         # a coordinate that rests on a stop, as at the start, does not hit it
-        rests = abs(impact) < law[SLOWEST] and sign * (c_before - limit) >= -_NEAR * max(1.0, abs(limit))
+        rests = abs(impact) < law[SLOWEST] and sign * (c_before - limit) >= -NEAR * max(1.0, abs(limit))
         memory[IN_STOP * m + i] = -1.0 if rests else _add(own, HITS, i, t - back * step, sign * impact, limit)
     touching, impulse = effort != 0.0, 0.0
     if step > 0.0:  # Simpson's rule, with the middle of the cubic between both states
         faster = memory[RATE * m + i]
         middle = 0.5 * (c_before + c) + 0.125 * step * (faster - rate)
         between = stops(own, i, middle, 1.5 * (c - c_before) / step - 0.25 * (faster + rate))[0]
-        impulse = abs(before + 4.0 * between + effort) * step / 6.0
+        impulse = abs(before + 4.0 * between + stops(own, i, c, rate)[0]) * step / 6.0
     for which in (IN_STOP, IN_LATCH):
         _follow(own, int(memory[which * m + i]), effort, impulse, touching)
     if not outside:
@@ -178,6 +148,6 @@ def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> flo
         memory[LATCHED * m + i] = -1.0
         memory[IN_LATCH * m + i] = 0.0
         _add(own, OPENS, i, t, rate, c)
-        effort = stops(own, i, c, rate)[0]
+        effort = stops_after(own, i, c, c, rate)[0]
     memory[BEFORE * m + i] = effort
     return opened

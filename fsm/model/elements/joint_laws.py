@@ -6,9 +6,10 @@ memory has its state at the last accepted step.
 
 A stop or latch beyond a limit by p has k p + d p', or k p (1 + b p'/v) with the speed v of the impact (Hunt and Crossley,
 J. Appl. Mech. 42 (1975) 440), which returns with e v for (1 + e) b = log((1 + b)/(1 - e b)), whatever the inertia; neither
-pulls. Friction is M tanh(c'/v), or the bristles of `fsm.laws.friction.lugre` with a constant coefficient: s is their
-deflection over the largest one, M s their moment. A harness has (o + u)/2 + s (o - u)/2 between its curves of opening and
-closing, with a slider s, and so has a spring with hysteresis.
+pulls. The effort of the damping begins with a jump: a step that ends just beyond a stop has the effort before the jump, and
+the next step that after it. Friction is M tanh(c'/v), or the bristles of `fsm.laws.friction.lugre` with a constant
+coefficient: s is their deflection over the largest one, M s their moment. A harness has (o + u)/2 + s (o - u)/2 between its
+curves of opening and closing, with a slider s, and so has a spring with hysteresis.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy as np
 from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import pieces_at, program_at
-from fsm.laws.one_sided import mean_loss, one_sided
+from fsm.laws.one_sided import NEAR, ends_at, mean_loss, one_sided, part_of_line
 from fsm.laws.step import step
 from fsm.model.elements.element_group import OWN
 
@@ -159,11 +160,19 @@ def _elastic(own: np.ndarray, i: int, t: float, c: float, rate: float) -> tuple[
 
 @kernel
 def stops(own: np.ndarray, i: int, c: float, rate: float) -> Law:
-    """Law of both stops and of the latch."""
+    """Law of both stops and of the latch in a step from the last accepted state."""
+    return stops_after(own, i, kept(own, COORDINATE, i), c, rate)
+
+
+@kernel
+def stops_after(own: np.ndarray, i: int, before: float, c: float, rate: float) -> Law:
+    """Law of both stops and of the latch in a step that begins at the coordinate `before`."""
     effort = by_c = by_rate = energy = lost = 0.0
     for side in range(_sides(own, i)):
         sense, limit, stiffness, damper, rebound = _stop(own, i, side)
         beyond, faster = sense * (c - limit), sense * rate
+        if ends_at(sense * (before - limit), beyond, NEAR * max(1.0, abs(limit))):
+            damper = 0.0
         damper += stiffness * max(beyond, 0.0) * rebound
         push, slope, damping, stored, heat = one_sided(beyond, faster, stiffness, damper)
         effort += sense * push
@@ -198,6 +207,20 @@ def mean_loss_of_stops(own: np.ndarray, i: int, before: float, c: float, rate: f
         sense, limit, stiffness, damper, rebound = _stop(own, i, side)
         total += mean_loss(sense * (before - limit), sense * (c - limit), sense * rate, stiffness, damper, rebound)
     return total
+
+
+@kernel
+def part_to_parting(own: np.ndarray, i: int, c: float, rate: float) -> float:
+    """Part of a step up to the state in which a damped stop or latch no longer pushes, see `part_of_line`."""
+    part, before, faster = 2.0, kept(own, COORDINATE, i), kept(own, RATE, i)
+    for side in range(_sides(own, i)):
+        sense, limit, stiffness, damper, rebound = _stop(own, i, side)
+        if damper == 0.0 or rebound > 0.0 or not sense * (before - limit) > 0.0:
+            continue
+        late = sense * damper / stiffness
+        pushed, pushes = sense * (before - limit) + late * faster, sense * (c - limit) + late * rate
+        part = min(part, part_of_line(-pushed, -pushes, 0.0, NEAR * max(1.0, abs(limit))))
+    return part
 
 
 @kernel

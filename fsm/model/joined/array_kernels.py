@@ -12,7 +12,13 @@ from fsm.kernels.block_lu import multiply_blocks
 from fsm.kernels.block_sum import effective_stiffness
 from fsm.kernels.body_poses import increment_blocks
 from fsm.kernels.jit import kernel
-from fsm.model.bodies.array_energies import accept_elements, part_before_event, present_energies, present_powers
+from fsm.model.bodies.array_energies import (
+    accept_elements,
+    accepted_part,
+    part_before_event,
+    present_energies,
+    present_powers,
+)
 from fsm.model.bodies.arrays import MASS as BODY_MASS
 from fsm.model.bodies.arrays import POSES
 from fsm.model.bodies.contact_arrays import have_opened, lack_pairs
@@ -119,7 +125,7 @@ def _part_of_step(model: Joined, t: float, q: np.ndarray, u: np.ndarray, step: f
     part = 1.0
     if bodies.groups.shape[0] > 0:
         part = bodies.by_contacts.part_of_step(bodies.table, bodies.groups, bodies.contact_laws, t, step)
-    return min(float(part), part_before_event(bodies, t, step))
+    return accepted_part(float(part), part_before_event(bodies, t, step))
 
 
 @kernel

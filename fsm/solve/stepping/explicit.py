@@ -171,11 +171,11 @@ def take_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: f
                 if error <= 1.0 and not _accelerate(model, np.nextafter(end, -math.inf), q, u, motion.rate, False):
                     return UNABLE if unable(model) else NO_SOLUTION  # before the end, since motors jump at breaks
             part = part_of_step(model, end, q, u, h)
-            if error <= 1.0 and part == 1.0:
+            if error <= 1.0 and part >= 1.0:
                 break
         counts[REJECTED] += 1
         shorter = part
-        if part == 1.0:
+        if part >= 1.0:
             shorter = max(_SHRINK, _SAFETY * error ** (-1.0 / _ORDER)) if error < math.inf else _SHRINK
         sizes[STEP_SIZE], grow = h * shorter, False
         if sizes[STEP_SIZE] < _SMALLEST * max(abs(t), until - t):

@@ -19,6 +19,8 @@ Choices:
 * A step as short as the system's `shortest_step` is accepted with any error. Shorter steps would resolve waves that the mesh
   does not resolve. Numerical damping removes these waves.
 * M is constant for segments and ANCF elements, and is evaluated once.
+* The method starts again where an event ends a step, and at breaks if forces jump. The step up to there has the forces
+  before the jump.
 * Locked directions (`fsm.solve.stepping.model.lock`) have efforts lambda + r x in Newton's method, which advances lambda
   with each increment. Ends of steps are projected, so that no direction drifts and multipliers are those of the state.
 
@@ -194,15 +196,16 @@ def take_step(model: Any, motion: Motion, rules: Rules, until: float) -> int:
     for b in rules.breaks:
         if b > t:
             target = min(target, b)
-    grow, filtered = True, False
+    grow, filtered, part = True, False, 1.0
     while True:
         h, end = _next_size(motion, rules, target)
         if not end > t:
             return STEP_TOO_SMALL
         # the present tangent is tried first if it converged well, then a new one
-        trial = _newton(model, motion, rules, end, h, counts[SLOW] == 1)
+        inside = before_break(rules.breaks, end)
+        trial = _newton(model, motion, rules, inside, h, counts[SLOW] == 1)
         if not trial.solved and not trial.renewed:
-            trial = _newton(model, motion, rules, end, h, True)
+            trial = _newton(model, motion, rules, inside, h, True)
         if unable(model):
             return UNABLE
         if not trial.solved:  # the last tangent may belong to a state that is far away, or not finite
@@ -232,7 +235,7 @@ def take_step(model: Any, motion: Motion, rules: Rules, until: float) -> int:
             small = error <= 1.0 or h <= rules.shortest
             if small:
                 part = part_of_step(model, end, trial.q, trial.u, h)
-            if small and part == 1.0:
+            if small and part >= 1.0:
                 _adapt(motion, rules, h, error, grow)
                 break
             counts[REJECTED] += 1
@@ -245,8 +248,17 @@ def take_step(model: Any, motion: Motion, rules: Rules, until: float) -> int:
             if not trial.solved:
                 return NO_SOLUTION
             return OBJECTED if part < 1.0 else STEP_TOO_SMALL
-    _accept(model, motion, rules, end, h, trial)
+    _accept(model, motion, rules, end, h, trial, part > 1.0)
     return STEPPED
+
+
+@shared
+def before_break(breaks: np.ndarray, t: float) -> float:
+    """Time just before t (s) if t is a break, at which forces and powers may jump; else t."""
+    for b in breaks:
+        if b == t:
+            return float(np.nextafter(t, -math.inf))
+    return t
 
 
 # start ------------------------------------------------------------------------------------------------------------------
@@ -401,13 +413,13 @@ def _newton(model: Any, motion: Motion, rules: Rules, end: float, h: float, rene
 def _make_consistent(model: Any, end: float, q: np.ndarray, u: np.ndarray, a: np.ndarray, rate: np.ndarray) -> None:
     """Project q, u and u' at the end of a step; a - u' is kept."""
     found = rate.copy()
-    consistent(model, np.nextafter(end, -math.inf), q, u, rate, False)  # motors jump at breaks
+    consistent(model, end, q, u, rate, False)
     for i in range(found.shape[0]):
         a[i] += rate[i] - found[i]
 
 
 @shared
-def _accept(model: Any, motion: Motion, rules: Rules, end: float, h: float, trial: _Trial) -> None:
+def _accept(model: Any, motion: Motion, rules: Rules, end: float, h: float, trial: _Trial, event: bool) -> None:
     sizes, counts = motion.sizes, motion.counts
     copy_into(slope_and_bend(trial.rate, motion.rate, motion.slope, h, h)[0], motion.slope)
     sizes[BEFORE], sizes[PRESENT], sizes[TIME] = h, h, end
@@ -417,6 +429,8 @@ def _accept(model: Any, motion: Motion, rules: Rules, end: float, h: float, tria
     copy_into(trial.rate, motion.rate)
     counts[STEPS] += 1
     sizes[LONGEST] = accept(model, end, motion.q, motion.u)
+    if event:
+        counts[STARTED] = 0
     for b in rules.breaks:
         # multipliers jump with the accelerations of motors and drives
         if b == end and (lock(model, 0.0) or _jumps(model, motion, rules)):
@@ -429,7 +443,8 @@ def _jumps(model: Any, motion: Motion, rules: Rules) -> bool:
     t = motion.sizes[TIME]
     motion.counts[FORCES] += 2
     after = force(model, np.nextafter(t, math.inf), motion.q, motion.u)
-    jump = solve(model, subtracted(after, force(model, t, motion.q, motion.u)))
+    before = force(model, np.nextafter(t, -math.inf), motion.q, motion.u)
+    jump = solve(model, subtracted(after, before))
     return mean_ratio(jump, rules.tolerance) > _NEWTON
 
 

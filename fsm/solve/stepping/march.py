@@ -9,7 +9,7 @@ import numpy as np
 
 from fsm.kernels.jit import kernel, shared
 from fsm.kernels.pointers import borrowed
-from fsm.solve.stepping.generalized_alpha import TIME, Motion, Rules, take_step
+from fsm.solve.stepping.generalized_alpha import STARTED, TIME, Motion, Rules, before_break, take_step
 from fsm.solve.stepping.model import TIME as AT
 from fsm.solve.stepping.model import TURNOVER as BEFOREHAND
 from fsm.solve.stepping.model import consistent, energies
@@ -92,8 +92,11 @@ def march(
         if outcome != STEPPED:
             return outcome
         step = sizes[TIME] - begin
-        kinetic, potential, dissipated, power, driven = energies(model, sizes[TIME], motion.q, motion.u, step, record)
-        work = 0.5 * step * (balance[POWER] + power)
+        end = before_break(rules.breaks, sizes[TIME])
+        kinetic, potential, dissipated, power, driven = energies(model, end, motion.q, motion.u, step, record)
+        # after an event the power at the end of the step is that of the next one
+        jumps = motion.counts[STARTED] == 0 and end == sizes[TIME]
+        work = step * (balance[POWER] if jumps else 0.5 * (balance[POWER] + power))
         if end_step(balance, record, motion, begin, work, step * dissipated, kinetic, potential, power, driven):
             break
     return STEPPED

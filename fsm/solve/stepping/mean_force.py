@@ -217,7 +217,7 @@ def _controlled_step(model: Any, motion: MeanMotion, rules: MeanRules, target: f
             sizes[NEXT] = _CUT * h
         else:
             part = part_of_step(model, end, retract(model, motion.q, x), end_velocity(x, h, motion.u), h)
-            if part == 1.0:
+            if part >= 1.0:
                 of_time = _error(model, motion, rules, h, x) if h > rules.shortest else 0.0
                 error = max(of_time, _lost(motion, found) if h > rules.shortest / _FINEST else 0.0)
                 if error <= 1.0:

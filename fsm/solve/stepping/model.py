@@ -130,7 +130,9 @@ def contacts_opened(model: Any) -> bool:
 
 
 def part_of_step(model: Any, t: float, q: np.ndarray, u: np.ndarray, step: float) -> float:
-    """1 if the model accepts the step, else the factor on the step size to try next; see `System.rejection`."""
+    """1 if the model accepts the step, 2 if it also ends at an event after which forces may differ, else the factor on the
+    step size to try next; see `System.rejection`.
+    """
     return float(model.part_of_step(t, q, u, step))
 
 

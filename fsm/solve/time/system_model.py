@@ -127,7 +127,9 @@ class SystemModel:
         """See `fsm.solve.stepping.model`."""
         rejection = self.system.rejection(t, q, u, step)
         self.reason = "" if rejection is None else rejection.reason
-        return 1.0 if rejection is None else rejection.part
+        if rejection is not None:
+            return rejection.part
+        return 2.0 if self.system.part_before_event(t, q, u, step) == 1.0 else 1.0
 
     def accept(self, t: float, q: np.ndarray, u: np.ndarray) -> float:
         """See `fsm.solve.stepping.model`."""
