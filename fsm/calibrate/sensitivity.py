@@ -41,6 +41,7 @@ from fsm.case.models.scene import Scene
 from fsm.errors import CaseError, Fault
 from fsm.kernels.blocks import BlockMatrix
 from fsm.model.compile.compile import SceneCompiler
+from fsm.model.compile.compile_contacts import Compiled
 from fsm.model.compile.compile_case import compile_whole
 from fsm.model.system.system import SegmentSystem
 from fsm.solve.interface.records import PreviousState
@@ -111,7 +112,8 @@ def _vary(case: Case, scene: Scene, system: SegmentSystem, path: str, central: b
         if changed == scene:
             return VariedParameter(path, ())
         if rigid:  # `scene` has no faults
-            other = SceneCompiler(changed, case.solve.spatial or bool(out_of_plane(changed))).system()
+            spatial = case.solve.spatial or bool(out_of_plane(changed))
+            other = SceneCompiler(changed, spatial, like=Compiled(scene, system.contacts)).system()
         else:
             other = compile_whole(case, changed, None)
         if other.nq != system.nq:
@@ -186,7 +188,7 @@ class PathSensitivity:
         system, last = self.system, self._last
         if not system.rate_dependent and not needed:
             return None
-        before, u, past = None, None, self._ways
+        before = u = None
         if system.rate_dependent and last is not None:
             before = last
             u = system.difference(before[1], q) / (t - before[0])
@@ -198,7 +200,7 @@ class PathSensitivity:
             return None
         tangent = splu(matrix.bsr().tocsc())
         by_motion = system.drive_tangent(t, q, u, before) if _is_rigid(system) else None
-        forces = self._neighbours(t, q, before, past, own, tangent, by_motion)
+        forces = self._neighbours(t, q, before, own, tangent, by_motion, needed)
         if damping is not None and self._known:
             self.start_error = tangent.solve(damping.times(self.start_error))
         else:
@@ -207,39 +209,46 @@ class PathSensitivity:
         return np.asarray(forces @ self._parts) if needed else None
 
     def _neighbours(
-        self, t: float, q: np.ndarray, before: PreviousState | None, past: np.ndarray, own: tuple[np.ndarray, np.ndarray],
-        tangent: Any, by_motion: np.ndarray | None,
+        self, t: float, q: np.ndarray, before: PreviousState | None, own: tuple[np.ndarray, np.ndarray], tangent: Any,
+        by_motion: np.ndarray | None, needed: bool,
     ) -> np.ndarray:
         """Find the equilibria of the varied systems next to a state; gives the changes of the reactions (n_drives, m)."""
-        ways, memory = self._ways.copy(), self.system.memory()
+        past, ways, memory = self._ways, self._ways.copy(), self.system.memory()
         changes, left = np.zeros((len(own[1]), len(self._varied))), np.arange(len(self._varied))
-        for _ in range(_MOST):
+        for k in left.tolist():
+            self._restore(k, memory)
+        for _ in range(_MOST if needed else 1):
             residual = np.zeros((len(own[0]), len(left)))
             for column, k in enumerate(left.tolist()):
-                force, reaction = self._balance(k, t, q, before, past, ways, memory)
+                force, reaction = self._balance(k, t, q, before, past, ways)
                 residual[:, column] = (force - own[0]) / self._steps[k]
                 changes[:, k] = (reaction - own[1]) / self._steps[k]
             more = tangent.solve(residual)
             ways[:, left] += more
             if by_motion is not None:
                 changes[:, left] += by_motion @ more
-            sizes = (np.abs(array / self._scales.span[:, None]).max(axis=0, initial=0.0) for array in (more, ways[:, left]))
-            correction, whole = sizes
+            correction, whole = (
+                np.abs(array / self._scales.span[:, None]).max(axis=0, initial=0.0) for array in (more, ways[:, left])
+            )
             left = left[correction > (_NEAR if by_motion is not None else _SAME) * whole]
             if not len(left):
                 break
         self._ways = ways
         return changes
 
+    def _restore(self, k: int, memory: np.ndarray) -> None:
+        """Give a varied system the memory of the present state."""
+        system, other = self.system, self._varied[k].system
+        shared = all(one.geometry is own.geometry for one, own in zip(other.contacts, system.contacts, strict=True))
+        if len(memory) and not shared:
+            other.restore(memory)
+        other.copy_locks(system)
+
     def _balance(
-        self, k: int, t: float, q: np.ndarray, before: PreviousState | None, past: np.ndarray, ways: np.ndarray,
-        memory: np.ndarray,
+        self, k: int, t: float, q: np.ndarray, before: PreviousState | None, past: np.ndarray, ways: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Force and reactions of a varied system near a state."""
         system, other, step = self.system, self._varied[k].system, self._steps[k]
-        if len(memory):
-            other.restore(memory)
-        other.copy_locks(system)
         there, at = system.retract(q, step * ways[:, k]), self._time(k, t)
         if before is None:
             return other.balance(at, there, None, None)
@@ -276,7 +285,8 @@ class PathSensitivity:
         force, reaction = system.balance(t, q, None)
         changes, none, memory = np.zeros((len(reaction), len(self._varied))), np.zeros_like(self._ways), system.memory()
         for k, step in enumerate(self._steps):
-            other = self._balance(k, t, q, None, none, none, memory)
+            self._restore(k, memory)
+            other = self._balance(k, t, q, None, none, none)
             changes[:, k] = (other[1] - reaction + multipliers.T @ (other[0] - force)) / step
         return np.asarray(changes @ self._parts)
 

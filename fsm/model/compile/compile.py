@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import cached_property
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from fsm.model.bodies.drive import Axis, PrescribedMotion, program_of, unit
 from fsm.model.bodies.group import Group, GroupSteps
 from fsm.model.bodies.loads import GravityGroup, LoadGroup, applied
 from fsm.model.bodies.time_function import time_function
-from fsm.model.compile.compile_contacts import compile_contacts
+from fsm.model.compile.compile_contacts import Compiled, compile_contacts
 from fsm.model.compile.compile_couplings import coupling_groups
 from fsm.model.compile.compile_joint_forces import cord_groups, joint_forces
 from fsm.model.compile.compile_joints import joint_group
@@ -80,9 +81,15 @@ def compile_scene(scene: Scene, spatial: bool = False) -> SegmentSystem:
 class SceneCompiler:
     """Arrays of the bodies, force elements, contacts and loads of a scene without faults."""
 
-    def __init__(self, scene: Scene, spatial: bool, mobility: Mapping[str, np.ndarray] | None = None) -> None:
-        """`mobility` are the inverses of the inertia (6,) of frames, by name."""
-        self.scene, self.mobility = scene, mobility or {}
+    def __init__(
+        self,
+        scene: Scene,
+        spatial: bool,
+        mobility: Mapping[str, np.ndarray] | None = None,
+        like: Compiled | None = None,
+    ) -> None:
+        """`mobility` are the inverses of the inertia (6,) of frames, by name; `like` as in `compile_contacts`."""
+        self.scene, self.mobility, self.like = scene, mobility or {}, like
         self.spatial = spatial
         self.all_bodies = (Body(name=GROUND, mass=0.0, inertia=(0.0, 0.0, 0.0), held=True), *scene.bodies)
         self.index = {body.name: i for i, body in enumerate(self.all_bodies)}
@@ -119,7 +126,7 @@ class SceneCompiler:
         groups += couplings
         bodies = self._bodies(motions)
         groups += self._joints(bodies, couplings)
-        contacts = compile_contacts(self.scene, self.all_bodies, self.pose, self.spatial)
+        contacts = compile_contacts(self.scene, self.all_bodies, self.pose, self.spatial, self.like)
         groups += contacts
         on_bodies = [load for load in self.scene.loads if load.pressure is None]
         if on_bodies:
@@ -211,12 +218,21 @@ class SceneCompiler:
                 groups.append(hysteresis)
         return groups
 
+    def _initial(self, elements: list[ForceElement]) -> list[float]:
+        """Twists at the start, (m,), rad."""
+        return [self._initial_of[id(element)] for element in elements]
+
+    @cached_property
+    def _initial_of(self) -> dict[int, float]:
+        elements = self.scene.elements
+        return dict(zip(map(id, elements), initial_twists(elements, self.scene.bodies), strict=True))
+
     def _bushings(self, elements: list[ForceElement]) -> BushingGroup | None:
         elements = [e for e in elements if e.frame == "outer" and _has_bushing(e)]
         if not elements:
             return None
         rest = np.zeros((len(elements), 6))
-        initial = initial_twists(elements, self.scene.bodies)
+        initial = self._initial(elements)
         rest[:, 4] = rest_twists(elements, initial)
         stiffness = np.array([[*e.translation, e.rotation[0], e.twist_stiffness, e.rotation[2]] for e in elements])
         damping = np.array([[*e.translation_damping, *e.rotation_damping] for e in elements])
@@ -303,12 +319,12 @@ class SceneCompiler:
         """Twists of force elements from the start, for couplings."""
         *axes, offset = self._joint_axes(elements)
         inner, outer = axes if self.spatial else (np.zeros((0, 4)), np.zeros((0, 4)))
-        start = offset - np.array(initial_twists(elements, self.scene.bodies))
+        start = offset - np.array(self._initial(elements))
         return Joints(self._ends(elements), np.full(len(elements), TWIST), inner, outer, start)
 
     def _pose_geometry(self, elements: list[ForceElement]) -> tuple[np.ndarray, ...]:
         """Arguments that the kernels of the relative pose take after the bodies."""
-        initial = initial_twists(elements, self.scene.bodies)
+        initial = self._initial(elements)
         return (
             np.array([self._vector(e.point_inner) for e in elements], dtype=float),
             np.array([self._vector(e.point_outer) for e in elements], dtype=float),
@@ -348,7 +364,7 @@ class SceneCompiler:
             which.append(numbers[key])
         axes = self._joint_axes(elements)
         geometry = axes if self.spatial else axes[1:]
-        initial = initial_twists(elements, self.scene.bodies)
+        initial = self._initial(elements)
         rest = rest_twists(elements, initial)
         side = np.array([side_of(start, free) for start, free in zip(initial, rest, strict=True)])
         return CreaseGroup(
@@ -379,7 +395,7 @@ class SceneCompiler:
         keys = [(e.crease, e.crease_flexibility) for e in elements]
         chosen = [i for i, key in enumerate(keys) if key in numbers]
         which = [numbers[keys[i]] for i in chosen]
-        start = creases.rest - creases.side * np.array(initial_twists(elements, self.scene.bodies))
+        start = creases.rest - creases.side * np.array(self._initial(elements))
         rest, side, _, curve, *table = creases.law
         return HysteresisGroup(
             creases.bodies[chosen],
@@ -400,7 +416,7 @@ class SceneCompiler:
         """In the plane, the constants are the angle of the outer axes and psi_0. In space, they are the matrices of the
         axes, psi_0 and the sign of the quaternions.
         """
-        initial = initial_twists(elements, self.scene.bodies)
+        initial = self._initial(elements)
         if not self.spatial:
             angles = np.array([[2 * math.atan2(q[2], q[0]) for q in (e.axes_inner, e.axes_outer)] for e in elements])
             ends = self._ends(elements)
