@@ -41,8 +41,8 @@ from fsm.case.models.scene import Scene
 from fsm.errors import CaseError, Fault
 from fsm.kernels.blocks import BlockMatrix
 from fsm.model.compile.compile import SceneCompiler
-from fsm.model.compile.compile_contacts import Compiled
 from fsm.model.compile.compile_case import compile_whole
+from fsm.model.compile.compile_contacts import Compiled
 from fsm.model.system.system import SegmentSystem
 from fsm.solve.interface.records import PreviousState
 

@@ -93,7 +93,7 @@ class SceneCompiler:
         self.spatial = spatial
         self.all_bodies = (Body(name=GROUND, mass=0.0, inertia=(0.0, 0.0, 0.0), held=True), *scene.bodies)
         self.index = {body.name: i for i, body in enumerate(self.all_bodies)}
-        self.pose = np.array([self._pose(body) for body in self.all_bodies])
+        self.pose = self._poses()
 
     def system(self) -> SegmentSystem:
         """Create the system from all groups of interactions."""
@@ -139,11 +139,14 @@ class SceneCompiler:
 
     # bodies ---------------------------------------------------------------------------------------------------------
 
-    def _pose(self, body: Body) -> list[float]:
+    def _poses(self) -> np.ndarray:
+        """Poses of all bodies, (n_bodies, 3 or 7)."""
+        places = np.array([body.position for body in self.all_bodies], dtype=float)
+        turns = np.array([body.orientation for body in self.all_bodies], dtype=float)
         if self.spatial:
-            quaternion = np.array(body.orientation) / np.linalg.norm(body.orientation)
-            return [*body.position, *quaternion]
-        return [body.position[0], body.position[2], 2 * math.atan2(body.orientation[2], body.orientation[0])]
+            return np.concatenate([places, turns / np.sqrt(np.einsum("ij,ij->i", turns, turns))[:, None]], axis=1)
+        angles = [2 * math.atan2(y, w) for w, y in turns[:, [0, 2]].tolist()]
+        return np.array([(x, z, angle) for (x, _, z), angle in zip(places.tolist(), angles, strict=True)])
 
     def _vector(self, vector: tuple[float, float, float]) -> tuple[float, ...]:
         return vector if self.spatial else (vector[0], vector[2])
@@ -424,22 +427,16 @@ class SceneCompiler:
             wanted = np.array(initial)
             turns = 2 * np.pi * np.round((wanted - raw) / (2 * np.pi))
             return angles[:, 1], angles[:, 0] - angles[:, 1] + turns
-        inner, outer, offset = [], [], []
         # with half-way axes, the twist is measured from zero and not from the initial angle
         anchors = np.where(half_way_swings(elements, initial), 0.0, initial)
-        for element, start, anchor in zip(elements, initial, anchors.tolist(), strict=True):
-            half, left = 0.5 * anchor, 0.5 * (start - anchor)
-            anchored = multiply(np.array(element.axes_inner), np.array([math.cos(half), 0.0, -math.sin(half), 0.0]))
-            outer_axes = np.array(element.axes_outer, dtype=float)
-            relative = multiply(
-                _conjugate(multiply(self.pose[self.index[element.outer], 3:], outer_axes)),
-                multiply(self.pose[self.index[element.inner], 3:], anchored),
-            )
-            same_turn = math.cos(left) * relative[0] + math.sin(left) * relative[2] >= 0
-            inner.append(anchored if same_turn else -anchored)
-            outer.append(outer_axes)
-            offset.append(anchor)
-        return np.array(inner), np.array(outer), np.array(offset)
+        turns = np.zeros((len(elements), 4))
+        turns[:, [0, 2]] = [(math.cos(0.5 * anchor), -math.sin(0.5 * anchor)) for anchor in anchors.tolist()]
+        inner, outer = (np.array([getattr(e, name) for e in elements], dtype=float) for name in ("axes_inner", "axes_outer"))
+        anchored, (first, second) = multiply(inner, turns), self.pose[self._ends(elements).T, 3:]
+        relative = multiply(multiply(second, outer) * [1.0, -1.0, -1.0, -1.0], multiply(first, anchored))
+        left = 0.5 * (np.array(initial) - anchors)
+        same_turn = np.cos(left) * relative[:, 0] + np.sin(left) * relative[:, 2] >= 0.0
+        return np.where(same_turn[:, None], anchored, -anchored), outer, anchors
 
 
 def drawn_plates(plate: Plate) -> list[Plate]:
@@ -465,7 +462,3 @@ def _has_bushing(element: ForceElement) -> bool:
         or any(element.translation_damping)
         or any(element.rotation[k] or element.rotation_damping[k] for k in turning)
     )
-
-
-def _conjugate(q: np.ndarray) -> np.ndarray:
-    return q * np.array([1.0, -1.0, -1.0, -1.0])

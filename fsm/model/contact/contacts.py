@@ -112,7 +112,7 @@ class ContactGroup(Group):
         return self.friction is not None or self.normal.law.rate_dependent(self.normal.params)
 
     def with_laws(self, normal: NormalForce, friction: FrictionForce | None) -> ContactGroup | None:
-        """Group with the same table and laws with other numbers, for evaluations in Python; None if the table depends on them.
+        """Group with the same table and other numbers in its laws, for Python; None if the table depends on these numbers.
 
         The groups share the memory. The mobility, which only impacts need, is that of this group.
         """
