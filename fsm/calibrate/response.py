@@ -88,7 +88,7 @@ def force_response(
     force = np.array([path.force[row] for row in rows])
     if not parameters:
         return Response(travel, force)
-    sensitivity = PathSensitivity(system, vary_parameters(case, scene, system, parameters))
+    sensitivity = PathSensitivity(system, vary_parameters(case, scene, system, parameters, derivative == "adjoint"))
     if derivative == "adjoint":
         jacobian = np.array([sensitivity.adjoint(*path.restore(row))[0] for row in rows])
     else:
@@ -144,7 +144,7 @@ def peak_of_run(case: Case, path: PathStates, parameters: Sequence[str]) -> Peak
         except CaseError as error:
             without += error.faults
     near = np.full((len(rows), len(parameters)), np.nan)
-    near[:, [parameters.index(one.path) for one in varied]] = path.derivatives_near(varied, rows)
+    near[:, [parameters.index(one.path) for one in varied]] = path.derivatives_near(varied, rows, path.state[-1][0])
     return replace(peak_of(Response(s[rows], f[rows], near)), without=tuple(without))
 
 
@@ -224,8 +224,10 @@ class PathStates:
         scale = float(np.abs(sensitivity.derivative).max(initial=0.0))
         return jacobian, float(np.abs(sensitivity.start_error).max(initial=0.0)) / scale if scale > 0.0 else 0.0
 
-    def derivatives_near(self, varied: Sequence[VariedParameter], rows: Sequence[int]) -> np.ndarray:
-        """Derivatives (rows, count) of neighbouring states alone.
+    def derivatives_near(
+        self, varied: Sequence[VariedParameter], rows: Sequence[int], end: float = math.inf
+    ) -> np.ndarray:
+        """Derivatives (rows, count) of neighbouring states alone; `end` as in `PathSensitivity`.
 
         In a rate-dependent system they are computed from some states earlier on, so that the first state changes the result
         by less than `_START_ERROR`.
@@ -233,7 +235,7 @@ class PathStates:
         look_back = _FIRST_LOOK_BACK if self.system.rate_dependent else 0
         while True:
             first = max(rows[0] - look_back, 0)
-            near, start_error = self.derivatives(PathSensitivity(self.system, varied), first, rows, len(varied))
+            near, start_error = self.derivatives(PathSensitivity(self.system, varied, end), first, rows, len(varied))
             if first == 0 or look_back == 0 or start_error < _START_ERROR:
                 return near
             look_back *= 2

@@ -35,33 +35,36 @@ class FacetFrames(NamedTuple):
         return np.asarray(np.einsum("nji,nj->ni", self.axes[facets], points - self.centre[facets]))
 
 
+_ROUND = 1e-5
+"""Relative difference of both second moments below which all axes are principal; the first one is along a side then."""
+
+
 def facet_frames(pattern: Pattern) -> FacetFrames:
-    """Frames of all facets of a pattern at its start."""
-    centres, frames, areas, moments, outlines = [], [], [], [], []
-    normals = pattern.normals()
-    for face, normal in zip(pattern.faces, normals, strict=True):
-        points = pattern.vertices[list(face)]
-        origin = points.mean(axis=0)
-        first = points[1] - points[0]
-        first = first - (first @ normal) * normal
-        first /= np.linalg.norm(first)
-        axes = np.column_stack([first, np.cross(normal, first), normal])
-        flat = (points - origin) @ axes[:, :2]
-        area, centroid, tensor = _area_moments(flat)
+    """Frames of all facets of a pattern at its start; facets with the same number of corners are computed together."""
+    n, normals = len(pattern.faces), pattern.normals()
+    centre, axes, area, moments = np.zeros((n, 3)), np.zeros((n, 3, 3)), np.zeros(n), np.zeros((n, 2))
+    outlines: list[np.ndarray] = [np.zeros((0, 2))] * n
+    for rows, faces in pattern.faces_by_size():
+        points, normal = pattern.vertices[faces], normals[rows]  # (m, k, 3), (m, 3)
+        origin = points.mean(axis=1)
+        first = points[:, 1] - points[:, 0]
+        first = first - np.einsum("mi,mi->m", first, normal)[:, None] * normal
+        first /= np.linalg.norm(first, axis=1)[:, None]
+        plane = np.stack([first, np.cross(normal, first)], axis=2)
+        flat = (points - origin[:, None]) @ plane
+        area[rows], centroid, tensor = _area_moments(flat)
         # second moments x x^T over the area: the larger value belongs to the direction of the longer side
         values, vectors = np.linalg.eigh(tensor)
-        turned = vectors[:, ::-1]
-        if np.linalg.det(turned) < 0.0:
-            turned[:, 1] = -turned[:, 1]
-        centres.append(origin + axes[:, :2] @ centroid)
-        frames.append(np.column_stack([axes[:, :2] @ turned, normal]))
-        areas.append(area)
+        turned = vectors[:, :, ::-1].copy()
+        turned[np.linalg.det(turned) < 0.0, :, 1] *= -1.0
+        turned[values[:, 1] - values[:, 0] < _ROUND * values[:, 1]] = np.eye(2)
+        centre[rows] = origin + np.einsum("mij,mj->mi", plane, centroid)
+        axes[rows] = np.concatenate([plane @ turned, normal[:, :, None]], axis=2)
         # the moment about the first axis is the integral of the square of the second coordinate
-        moments.append((values[0], values[1]))
-        outlines.append((flat - centroid) @ turned)
-    return FacetFrames(
-        np.array(centres), np.array(frames), np.array(areas), np.array(moments), tuple(outlines)
-    )
+        moments[rows] = values
+        for row, outline in zip(rows.tolist(), (flat - centroid[:, None]) @ turned, strict=True):
+            outlines[row] = outline
+    return FacetFrames(centre, axes, area, moments, tuple(outlines))
 
 
 def facet_areas(pattern: Pattern) -> np.ndarray:
@@ -69,17 +72,18 @@ def facet_areas(pattern: Pattern) -> np.ndarray:
     return facet_frames(pattern).area
 
 
-def _area_moments(points: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """Area, centroid (2,), and integral of x x^T about it (2, 2), of a polygon (k, 2) in counter-clockwise order."""
-    following = np.roll(points, -1, axis=0)
-    cross = points[:, 0] * following[:, 1] - points[:, 1] * following[:, 0]
-    area = 0.5 * float(cross.sum())
-    centroid = (cross @ (points + following)) / (6.0 * area)
-    tensor = np.zeros((2, 2))
-    for weight, p, q in zip(cross, points, following, strict=True):
-        both = p + q
-        tensor += weight / 24.0 * (np.outer(p, p) + np.outer(q, q) + np.outer(both, both))
-    return area, centroid, tensor - area * np.outer(centroid, centroid)
+def _area_moments(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Areas (m,), centroids (m, 2), and integrals of x x^T about them (m, 2, 2), of polygons (m, k, 2) in counter-clockwise
+    order.
+    """
+    following = np.roll(points, -1, axis=1)
+    cross = points[:, :, 0] * following[:, :, 1] - points[:, :, 1] * following[:, :, 0]
+    area = 0.5 * cross.sum(axis=1)
+    both = points + following
+    centroid = (cross[:, None] @ both)[:, 0] / (6.0 * area)[:, None]
+    squares = [x[:, :, :, None] * x[:, :, None, :] for x in (points, following, both)]
+    tensor = ((cross / 24.0)[:, :, None, None] * (squares[0] + squares[1] + squares[2])).sum(axis=1)
+    return area, centroid, tensor - area[:, None, None] * centroid[:, :, None] * centroid[:, None, :]
 
 
 def quaternions(matrices: np.ndarray) -> np.ndarray:

@@ -264,27 +264,28 @@ class _Attachment(NamedTuple):
         """Each vertex has one spring. The axes of a spring are the axes of the body; if a direction is given, the first axis
         is along it.
         """
-        found = []
         facets = facets_of_vertices(self.pattern)
         turn = np.eye(3) if along is None else _axes_along(along)
-        for vertex in place.vertices:
-            face, point = facets[vertex], self.pattern.vertices[vertex]
-            inner = quaternions((self.frames.axes[face].T @ turn)[None])[0]
-            found.append(
-                ForceElement(
-                    name=f"{name}, vertex {vertex + 1}",
-                    inner=facet_name(face),
-                    outer=body,
-                    point_inner=_triple(self.frames.local(np.array([face]), point[None])[0]),
-                    point_outer=_triple(point - at),
-                    axes_inner=tuple(inner.tolist()),
-                    axes_outer=tuple(quaternions(turn[None])[0].tolist()),
-                    translation=(stiffness[0], stiffness[1], stiffness[2]),
-                    locked=tuple(name for name, size in zip(DIRECTIONS, stiffness, strict=False) if size),
-                    kind="joint" if body == GROUND else "drive",
-                )
+        faces = np.array([facets[vertex] for vertex in place.vertices], dtype=np.int64)
+        points = self.pattern.vertices[list(place.vertices)]
+        inner = quaternions(self.frames.axes[faces].transpose(0, 2, 1) @ turn)
+        on_facets, axes = self.frames.local(faces, points), tuple(quaternions(turn[None])[0].tolist())
+        template = ForceElement(
+            name=name, inner=body, outer=body, axes_outer=axes, translation=(stiffness[0], stiffness[1], stiffness[2]),
+            locked=tuple(name for name, size in zip(DIRECTIONS, stiffness, strict=False) if size),
+            kind="joint" if body == GROUND else "drive",
+        )  # fmt: skip
+        return [
+            template.model_copy(
+                update={
+                    "name": f"{name}, vertex {vertex + 1}", "inner": facet_name(face), "axes_inner": tuple(turned),
+                    "point_inner": _triple(own), "point_outer": _triple(point - at),
+                }
             )
-        return found
+            for vertex, face, turned, own, point in zip(
+                place.vertices, faces.tolist(), inner.tolist(), on_facets, points, strict=True
+            )
+        ]  # fmt: skip
 
 
 def sheet_place(pattern: Pattern, at: object, path: str) -> Place:

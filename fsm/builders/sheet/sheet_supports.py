@@ -53,11 +53,9 @@ def _rows(pattern: Pattern, at: object, directions: np.ndarray, middle: np.ndarr
     place = place_of(pattern, at)  # type: ignore[arg-type]
     vertices = place.vertices if place.facet is None else pattern.faces[place.facet]
     directions = directions if place.facet is None else np.eye(3)
-    found = []
-    for vertex in vertices:
-        arm = (pattern.vertices[vertex] - middle) / size
-        found += [np.concatenate([direction, np.cross(arm, direction)]) for direction in directions]
-    return np.array(found)
+    arms = (pattern.vertices[list(vertices)] - middle) / size
+    turns = np.cross(arms[:, None], directions[None])
+    return np.concatenate([np.broadcast_to(directions, turns.shape), turns], axis=2).reshape(-1, 6)
 
 
 def _text(motion: np.ndarray, middle: np.ndarray, size: float) -> str:

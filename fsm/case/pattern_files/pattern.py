@@ -131,7 +131,19 @@ class Pattern:
     def normals(self, vertices: np.ndarray | None = None) -> np.ndarray:
         """Unit normals of the faces, (n_faces, 3), at given positions of the vertices, by default at the start."""
         at = self.vertices if vertices is None else vertices
-        return np.array([polygon_normal(at[list(face)]) for face in self.faces]).reshape(-1, 3)
+        found = np.zeros((len(self.faces), 3))
+        for rows, faces in self.faces_by_size():
+            apart = at[faces[:, 1:]] - at[faces[:, :1]]
+            area = np.cross(apart[:, :-1], apart[:, 1:]).sum(axis=1)
+            size = np.linalg.norm(area, axis=1)
+            found[rows] = area / np.where(size > 0.0, size, 1.0)[:, None]
+        return found
+
+    def faces_by_size(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Numbers (m,) of the faces with k corners, and their vertices (m, k), for each k."""
+        sizes = np.array([len(face) for face in self.faces], dtype=np.int64)
+        rows = [np.flatnonzero(sizes == size) for size in np.unique(sizes)]
+        return [(row, np.array([self.faces[number] for number in row.tolist()], dtype=np.int64)) for row in rows]
 
     def fold_angles(self, vertices: np.ndarray | None = None) -> np.ndarray:
         """Fold angle of each edge, (m,), from -pi to pi, rad; zero on boundaries."""

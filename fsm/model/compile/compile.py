@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import cached_property
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from fsm.model.bodies.drive import Axis, PrescribedMotion, program_of, unit
 from fsm.model.bodies.group import Group, GroupSteps
 from fsm.model.bodies.loads import GravityGroup, LoadGroup, applied
 from fsm.model.bodies.time_function import time_function
-from fsm.model.compile.compile_contacts import compile_contacts
+from fsm.model.compile.compile_contacts import Compiled, compile_contacts
 from fsm.model.compile.compile_couplings import coupling_groups
 from fsm.model.compile.compile_joint_forces import cord_groups, joint_forces
 from fsm.model.compile.compile_joints import joint_group
@@ -80,13 +81,19 @@ def compile_scene(scene: Scene, spatial: bool = False) -> SegmentSystem:
 class SceneCompiler:
     """Arrays of the bodies, force elements, contacts and loads of a scene without faults."""
 
-    def __init__(self, scene: Scene, spatial: bool, mobility: Mapping[str, np.ndarray] | None = None) -> None:
-        """`mobility` are the inverses of the inertia (6,) of frames, by name."""
-        self.scene, self.mobility = scene, mobility or {}
+    def __init__(
+        self,
+        scene: Scene,
+        spatial: bool,
+        mobility: Mapping[str, np.ndarray] | None = None,
+        like: Compiled | None = None,
+    ) -> None:
+        """`mobility` are the inverses of the inertia (6,) of frames, by name; `like` as in `compile_contacts`."""
+        self.scene, self.mobility, self.like = scene, mobility or {}, like
         self.spatial = spatial
         self.all_bodies = (Body(name=GROUND, mass=0.0, inertia=(0.0, 0.0, 0.0), held=True), *scene.bodies)
         self.index = {body.name: i for i, body in enumerate(self.all_bodies)}
-        self.pose = np.array([self._pose(body) for body in self.all_bodies])
+        self.pose = self._poses()
 
     def system(self) -> SegmentSystem:
         """Create the system from all groups of interactions."""
@@ -119,7 +126,7 @@ class SceneCompiler:
         groups += couplings
         bodies = self._bodies(motions)
         groups += self._joints(bodies, couplings)
-        contacts = compile_contacts(self.scene, self.all_bodies, self.pose, self.spatial)
+        contacts = compile_contacts(self.scene, self.all_bodies, self.pose, self.spatial, self.like)
         groups += contacts
         on_bodies = [load for load in self.scene.loads if load.pressure is None]
         if on_bodies:
@@ -132,11 +139,14 @@ class SceneCompiler:
 
     # bodies ---------------------------------------------------------------------------------------------------------
 
-    def _pose(self, body: Body) -> list[float]:
+    def _poses(self) -> np.ndarray:
+        """Poses of all bodies, (n_bodies, 3 or 7)."""
+        places = np.array([body.position for body in self.all_bodies], dtype=float)
+        turns = np.array([body.orientation for body in self.all_bodies], dtype=float)
         if self.spatial:
-            quaternion = np.array(body.orientation) / np.linalg.norm(body.orientation)
-            return [*body.position, *quaternion]
-        return [body.position[0], body.position[2], 2 * math.atan2(body.orientation[2], body.orientation[0])]
+            return np.concatenate([places, turns / np.sqrt(np.einsum("ij,ij->i", turns, turns))[:, None]], axis=1)
+        angles = [2 * math.atan2(y, w) for w, y in turns[:, [0, 2]].tolist()]
+        return np.array([(x, z, angle) for (x, _, z), angle in zip(places.tolist(), angles, strict=True)])
 
     def _vector(self, vector: tuple[float, float, float]) -> tuple[float, ...]:
         return vector if self.spatial else (vector[0], vector[2])
@@ -211,12 +221,21 @@ class SceneCompiler:
                 groups.append(hysteresis)
         return groups
 
+    def _initial(self, elements: list[ForceElement]) -> list[float]:
+        """Twists at the start, (m,), rad."""
+        return [self._initial_of[id(element)] for element in elements]
+
+    @cached_property
+    def _initial_of(self) -> dict[int, float]:
+        elements = self.scene.elements
+        return dict(zip(map(id, elements), initial_twists(elements, self.scene.bodies), strict=True))
+
     def _bushings(self, elements: list[ForceElement]) -> BushingGroup | None:
         elements = [e for e in elements if e.frame == "outer" and _has_bushing(e)]
         if not elements:
             return None
         rest = np.zeros((len(elements), 6))
-        initial = initial_twists(elements, self.scene.bodies)
+        initial = self._initial(elements)
         rest[:, 4] = rest_twists(elements, initial)
         stiffness = np.array([[*e.translation, e.rotation[0], e.twist_stiffness, e.rotation[2]] for e in elements])
         damping = np.array([[*e.translation_damping, *e.rotation_damping] for e in elements])
@@ -303,12 +322,12 @@ class SceneCompiler:
         """Twists of force elements from the start, for couplings."""
         *axes, offset = self._joint_axes(elements)
         inner, outer = axes if self.spatial else (np.zeros((0, 4)), np.zeros((0, 4)))
-        start = offset - np.array(initial_twists(elements, self.scene.bodies))
+        start = offset - np.array(self._initial(elements))
         return Joints(self._ends(elements), np.full(len(elements), TWIST), inner, outer, start)
 
     def _pose_geometry(self, elements: list[ForceElement]) -> tuple[np.ndarray, ...]:
         """Arguments that the kernels of the relative pose take after the bodies."""
-        initial = initial_twists(elements, self.scene.bodies)
+        initial = self._initial(elements)
         return (
             np.array([self._vector(e.point_inner) for e in elements], dtype=float),
             np.array([self._vector(e.point_outer) for e in elements], dtype=float),
@@ -348,7 +367,7 @@ class SceneCompiler:
             which.append(numbers[key])
         axes = self._joint_axes(elements)
         geometry = axes if self.spatial else axes[1:]
-        initial = initial_twists(elements, self.scene.bodies)
+        initial = self._initial(elements)
         rest = rest_twists(elements, initial)
         side = np.array([side_of(start, free) for start, free in zip(initial, rest, strict=True)])
         return CreaseGroup(
@@ -379,7 +398,7 @@ class SceneCompiler:
         keys = [(e.crease, e.crease_flexibility) for e in elements]
         chosen = [i for i, key in enumerate(keys) if key in numbers]
         which = [numbers[keys[i]] for i in chosen]
-        start = creases.rest - creases.side * np.array(initial_twists(elements, self.scene.bodies))
+        start = creases.rest - creases.side * np.array(self._initial(elements))
         rest, side, _, curve, *table = creases.law
         return HysteresisGroup(
             creases.bodies[chosen],
@@ -400,7 +419,7 @@ class SceneCompiler:
         """In the plane, the constants are the angle of the outer axes and psi_0. In space, they are the matrices of the
         axes, psi_0 and the sign of the quaternions.
         """
-        initial = initial_twists(elements, self.scene.bodies)
+        initial = self._initial(elements)
         if not self.spatial:
             angles = np.array([[2 * math.atan2(q[2], q[0]) for q in (e.axes_inner, e.axes_outer)] for e in elements])
             ends = self._ends(elements)
@@ -408,22 +427,16 @@ class SceneCompiler:
             wanted = np.array(initial)
             turns = 2 * np.pi * np.round((wanted - raw) / (2 * np.pi))
             return angles[:, 1], angles[:, 0] - angles[:, 1] + turns
-        inner, outer, offset = [], [], []
         # with half-way axes, the twist is measured from zero and not from the initial angle
         anchors = np.where(half_way_swings(elements, initial), 0.0, initial)
-        for element, start, anchor in zip(elements, initial, anchors.tolist(), strict=True):
-            half, left = 0.5 * anchor, 0.5 * (start - anchor)
-            anchored = multiply(np.array(element.axes_inner), np.array([math.cos(half), 0.0, -math.sin(half), 0.0]))
-            outer_axes = np.array(element.axes_outer, dtype=float)
-            relative = multiply(
-                _conjugate(multiply(self.pose[self.index[element.outer], 3:], outer_axes)),
-                multiply(self.pose[self.index[element.inner], 3:], anchored),
-            )
-            same_turn = math.cos(left) * relative[0] + math.sin(left) * relative[2] >= 0
-            inner.append(anchored if same_turn else -anchored)
-            outer.append(outer_axes)
-            offset.append(anchor)
-        return np.array(inner), np.array(outer), np.array(offset)
+        turns = np.zeros((len(elements), 4))
+        turns[:, [0, 2]] = [(math.cos(0.5 * anchor), -math.sin(0.5 * anchor)) for anchor in anchors.tolist()]
+        inner, outer = (np.array([getattr(e, name) for e in elements], dtype=float) for name in ("axes_inner", "axes_outer"))
+        anchored, (first, second) = multiply(inner, turns), self.pose[self._ends(elements).T, 3:]
+        relative = multiply(multiply(second, outer) * [1.0, -1.0, -1.0, -1.0], multiply(first, anchored))
+        left = 0.5 * (np.array(initial) - anchors)
+        same_turn = np.cos(left) * relative[:, 0] + np.sin(left) * relative[:, 2] >= 0.0
+        return np.where(same_turn[:, None], anchored, -anchored), outer, anchors
 
 
 def drawn_plates(plate: Plate) -> list[Plate]:
@@ -449,7 +462,3 @@ def _has_bushing(element: ForceElement) -> bool:
         or any(element.translation_damping)
         or any(element.rotation[k] or element.rotation_damping[k] for k in turning)
     )
-
-
-def _conjugate(q: np.ndarray) -> np.ndarray:
-    return q * np.array([1.0, -1.0, -1.0, -1.0])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -20,9 +20,23 @@ from fsm.model.contact.contacts import ContactGroup
 from fsm.model.contact.touching import Touching
 from fsm.registry import CONTACT_LAWS, FRICTION_LAWS, GEOMETRIES
 
+_OF_TABLES = {"law", "thickness_in_gap", "points_per_segment"}
+"""Keys of `[contact]` on which tables depend."""
+_SIDES = ("surfaces", "groups", "obstacles", "pairs", "across_cuts", "frames")
+"""Parts of a scene on which tables depend."""
+_PLACES = ("position", "orientation", "held", "plate")
+"""Fields of bodies on which tables depend."""
+
+
+class Compiled(NamedTuple):
+    """Scene and the contact groups of its system."""
+
+    scene: Scene
+    contacts: tuple[ContactGroup, ...]
+
 
 def compile_contacts(
-    scene: Scene, bodies: tuple[Body, ...], poses: np.ndarray, spatial: bool
+    scene: Scene, bodies: tuple[Body, ...], poses: np.ndarray, spatial: bool, like: Compiled | None = None
 ) -> tuple[ContactGroup, ...]:
     """Contact groups of a scene; empty without a contact law or without a pair with a movable body.
 
@@ -33,10 +47,17 @@ def compile_contacts(
     poses : (n_bodies, 3 or 7) array
         Poses of the scene as given.
     spatial : whether each body of the system has six degrees of freedom
+    like : Compiled, optional
+        Groups of another scene. If its sides of contacts are the same, the new groups have the same tables.
     """
     contact = scene.contact
     if contact is None:
         return ()
+    if like is not None and _same_sides(scene, like.scene):
+        groups = [group.with_laws(_normal(contact), _friction(scene.friction)) for group in like.contacts]
+        shared = tuple(group for group in groups if group is not None)
+        if len(shared) == len(groups):
+            return shared
     geometries: list[ContactTable] = []
     for name, pairs in pairs_by_geometry(scene).items():
         build = GEOMETRIES[name].law if name in GEOMETRIES else _of_sides(name)
@@ -49,6 +70,20 @@ def compile_contacts(
     loose = mobility.any(axis=1) & np.array([body.name not in held for body in bodies])
     count = len(scene.pairs)
     return tuple(ContactGroup(geometry, normal, friction, mobility, loose, count) for geometry in geometries)
+
+
+def _same_sides(one: Scene, other: Scene) -> bool:
+    """Whether the tables of contacts of two scenes with the same topology are equal."""
+    numbers = [None if scene.contact is None else scene.contact.model_dump(include=_OF_TABLES) for scene in (one, other)]
+    if numbers[0] != numbers[1] or any(getattr(one, name) != getattr(other, name) for name in _SIDES):
+        return False
+    if (one.groups or any(pair.geometry for pair in one.pairs)) and one.elements != other.elements:
+        return False
+    return all(
+        getattr(first, name) == getattr(second, name)
+        for first, second in zip(one.bodies, other.bodies, strict=True)
+        for name in _PLACES
+    )
 
 
 def _of_sides(name: str) -> Callable[[Touching], tuple[ContactTable, ...]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from typing import NamedTuple
 
 import numpy as np
@@ -110,6 +111,17 @@ class ContactGroup(Group):
         """See `Group`."""
         return self.friction is not None or self.normal.law.rate_dependent(self.normal.params)
 
+    def with_laws(self, normal: NormalForce, friction: FrictionForce | None) -> ContactGroup | None:
+        """Group with the same table and other numbers in its laws, for Python; None if the table depends on these numbers.
+
+        The groups share the memory. The mobility, which only impacts need, is that of this group.
+        """
+        other = copy.copy(self)
+        other.normal, other.friction, other._laws = normal, friction, laws_in_python(normal, friction)
+        across = [None if one is None else (one.law, one.across) for one in (friction, self.friction)]
+        same = normal.law is self.normal.law and across[0] == across[1] and other.rate_dependent == self.rate_dependent
+        return other if same else None
+
     def twin(self) -> ContactGroup:
         """Copy with a table of its own, for compiled steps."""
         found = ContactGroup(
@@ -148,7 +160,7 @@ class ContactGroup(Group):
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None, pressed: ContactDepths | None
     ) -> _Evaluated | None:
         geometry = self.geometry
-        self.evaluations += 1
+        self.evaluations, geometry.touched = self.evaluations + 1, geometry.touched + 1  # for groups with the same table
         if pressed is None:
             count = geometry.search(poses, 0.0)
         else:
