@@ -106,8 +106,9 @@ class _Net:
             inner = self._on_edges(np.array([numbers[frozenset(side)] for side in sides.tolist()]))
             on = np.concatenate([sides, inner], axis=1)
             links += [np.stack(np.meshgrid(*two), axis=-1).reshape(-1, 2) for two in combinations(on, 2)]
-        pairs = np.unique(np.sort(np.concatenate(links), axis=1), axis=0)
-        pairs = pairs[pairs[:, 0] != pairs[:, 1]]
+        low, high = np.sort(np.concatenate(links), axis=1).T
+        keys = np.unique((low * len(points) + high)[low != high])  # rows would be compared far more slowly
+        pairs = np.stack(np.divmod(keys, len(points)), axis=1)
         lengths = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1)
         origin, least = len(points), offsets.min() - pattern.extent()  # one more point, at a distance that is not zero
         pairs = np.concatenate([pairs, np.stack([np.full_like(starts, origin), starts], axis=1)])

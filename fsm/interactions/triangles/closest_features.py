@@ -64,22 +64,23 @@ class Found(NamedTuple):
 
 
 @kernel
-def _on_triangle(p: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray, weights: np.ndarray) -> int:
-    """Weights (3,) of the corners in the point of a triangle closest to p (Ericson, 2005).
+def _on_triangle(p: np.ndarray, corners: np.ndarray, weights: np.ndarray) -> int:
+    """Weights (3,) of the corners (3, 3) in the point of a triangle closest to p (Ericson, 2005).
 
     Returns 0 if the closest point is inside, 1 to 3 if it is on the edge that starts at this corner (counted from 1), and 4
     to 6 if it is a corner.
     """
     d1 = d2 = d3 = d4 = d5 = d6 = 0.0
     for i in range(3):
-        along, over = b[i] - a[i], c[i] - a[i]
-        d1 += along * (p[i] - a[i])
-        d2 += over * (p[i] - a[i])
-        d3 += along * (p[i] - b[i])
-        d4 += over * (p[i] - b[i])
-        d5 += along * (p[i] - c[i])
-        d6 += over * (p[i] - c[i])
-    weights[:] = 0.0
+        a, b, c, at = corners[0, i], corners[1, i], corners[2, i], p[i]
+        along, over = b - a, c - a
+        d1 += along * (at - a)
+        d2 += over * (at - a)
+        d3 += along * (at - b)
+        d4 += over * (at - b)
+        d5 += along * (at - c)
+        d6 += over * (at - c)
+    weights[0] = weights[1] = weights[2] = 0.0
     if d1 <= 0.0 and d2 <= 0.0:
         weights[0] = 1.0
         return 4
@@ -146,30 +147,34 @@ def _normal_of(a: np.ndarray, b: np.ndarray, c: np.ndarray, normal: np.ndarray) 
 
 
 @kernel
-def _nearest(
-    places: np.ndarray, node: int, listed: np.ndarray, begin: int, end: int, faces: Faces, weights: np.ndarray,
-    extension: np.ndarray, corners: np.ndarray,
-) -> tuple[int, int, float]:  # fmt: skip
-    """Nearest of the extended triangles `listed[begin:end]` to a node, the region of its closest point as in
-    `_on_triangle`, and the squared distance.
-
-    `weights` (3,), `extension` and `corners` (3, 3) are scratch.
-    """
-    triangle, code, nearest, p = -1, 0, np.inf, places[node]
-    for k in range(begin, end):
-        _extended(faces, listed[k], extension)
+def _extended_corners(places: np.ndarray, faces: Faces) -> np.ndarray:
+    """Corners (t, 3, 3) of all triangles, extended beyond the outline."""
+    extension, out = np.empty((3, 3)), np.zeros((faces.triangles.shape[0], 3, 3))
+    for k in range(out.shape[0]):
+        _extended(faces, k, extension)
         for i in range(3):
-            for e in range(3):
-                corners[i, e] = 0.0
-                for j in range(3):
-                    corners[i, e] += extension[i, j] * places[faces.triangles[listed[k], j], e]
-        own = _on_triangle(p, corners[0], corners[1], corners[2], weights)
-        square = 0.0
+            for j in range(3):
+                for e in range(3):
+                    out[k, i, e] += extension[i, j] * places[faces.triangles[k, j], e]
+    return out
+
+
+@kernel
+def _nearest(
+    p: np.ndarray, listed: np.ndarray, begin: int, end: int, corners: np.ndarray, weights: np.ndarray
+) -> tuple[int, int, float]:  # fmt: skip
+    """Nearest of the triangles `listed[begin:end]` to a point p, the region of its closest point as in `_on_triangle`, and
+    the squared distance. `corners` (t, 3, 3) are those of all triangles; `weights` (3,) is scratch.
+    """
+    triangle, code, nearest = -1, 0, np.inf
+    for k in range(begin, end):
+        own = corners[listed[k]]
+        region, square = _on_triangle(p, own, weights), 0.0
         for e in range(3):
-            foot = weights[0] * corners[0, e] + weights[1] * corners[1, e] + weights[2] * corners[2, e]
+            foot = weights[0] * own[0, e] + weights[1] * own[1, e] + weights[2] * own[2, e]
             square += (p[e] - foot) ** 2
         if square < nearest:
-            triangle, code, nearest = listed[k], own, square
+            triangle, code, nearest = listed[k], region, square
     return triangle, code, nearest
 
 
@@ -230,11 +235,9 @@ def select_faces(
     """
     count = node.shape[0]
     square, nearest = np.empty(count), np.empty(count, dtype=np.int64)
-    weights, extension, corners = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
+    weights, corners = np.empty(3), _extended_corners(places, faces)
     for s in range(count):
-        of, code, square[s] = _nearest(
-            places, node[s], listed, start[s], start[s + 1], faces, weights, extension, corners
-        )  # fmt: skip
+        of, code, square[s] = _nearest(places[node[s]], listed, start[s], start[s + 1], corners, weights)
         nearest[s] = triangle[s] = of
         part[s] = 0
         side[s] = 1.0 if height(places, node[s], faces.triangles, of)[0] >= 0.0 else -1.0
@@ -372,15 +375,17 @@ def find_edge_edges(
     r, low, high = np.empty(3), np.empty((edges.shape[0], 3)), np.empty((edges.shape[0], 3))
     for k in range(edges.shape[0]):
         for e in range(3):
-            one, two = places[edges[k, 0], e], places[edges[k, 1], e]
-            low[k, e], high[k, e] = min(one, two), max(one, two)
+            start, end = places[edges[k, 0], e], places[edges[k, 1], e]
+            low[k, e], high[k, e] = min(start, end), max(start, end)
     for i in range(begin, first.shape[0]):
-        reach, far = clearance[i] + below, False
-        for e in range(3):
-            far |= low[first[i], e] - high[second[i], e] > reach or low[second[i], e] - high[first[i], e] > reach
-        if far:
+        reach, one, two = clearance[i] + below, first[i], second[i]
+        if low[one, 0] - high[two, 0] > reach or low[two, 0] - high[one, 0] > reach:
             continue
-        of_p, of_q, of_a, of_b = edges[first[i], 0], edges[first[i], 1], edges[second[i], 0], edges[second[i], 1]
+        if low[one, 1] - high[two, 1] > reach or low[two, 1] - high[one, 1] > reach:
+            continue
+        if low[one, 2] - high[two, 2] > reach or low[two, 2] - high[one, 2] > reach:
+            continue
+        of_p, of_q, of_a, of_b = edges[one, 0], edges[one, 1], edges[two, 0], edges[two, 1]
         p, q, a, b = places[of_p], places[of_q], places[of_a], places[of_b]
         s, t = _on_edges(p, q, a, b)
         for e in range(3):

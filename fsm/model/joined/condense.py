@@ -94,6 +94,19 @@ def _is_empty(data: np.ndarray, k: int) -> bool:
 
 
 @kernel
+def _single_points(first: np.ndarray, maps: np.ndarray) -> np.ndarray:
+    """Whether each body or frame (n,) has one member whose map (6, 3) is that of a point, the unit matrix over zeros."""
+    out = np.zeros(first.shape[0] - 1, dtype=np.bool_)
+    for i in range(out.shape[0]):
+        point = first[i + 1] == first[i] + 1
+        for a in range(6):
+            for b in range(3):
+                point = point and maps[first[i], a, b] == (1.0 if a == b else 0.0)
+        out[i] = point
+    return out
+
+
+@kernel
 def add_condensed(
     indptr: np.ndarray,
     indices: np.ndarray,
@@ -118,12 +131,19 @@ def add_condensed(
     out : (n_blocks, 3, 3) array, changed in place
     """
     work = np.empty((3, 6))
+    lone_left, lone_right = _single_points(first, left), _single_points(first, right)
     for i in range(indptr.shape[0] - 1):
         for k in range(indptr[i], indptr[i + 1]):
             j = indices[k]
             at = starts[k]
             if _is_empty(data, k):
                 continue  # this is true for most blocks, because most points of films have no contact
+            if lone_left[i] and lone_right[j]:
+                block = out[slots[at]]
+                for a in range(3):
+                    for b in range(3):
+                        block[a, b] += data[k, a, b]
+                continue
             for p in range(first[i], first[i + 1]):
                 for a in range(3):
                     for c in range(6):

@@ -62,8 +62,6 @@ class SystemPath:
         Of the last state that a step found.
     pivots : int or None
         Number of negative pivots of the stiffness at rest there, if forces depend on rates.
-    given : bool
-        Whether the path has the equilibrium of the next step, found by a kernel.
     failed : (nu,) array
         Residual of the last step without an equilibrium; zeros if there is none.
     rejection : str
@@ -75,7 +73,7 @@ class SystemPath:
     def __init__(self, system: System, newton: EquilibriumStep, recorder: PathRecorder, first_step: float) -> None:
         self.system, self.newton, self.recorder, self._first_step = system, newton, recorder, first_step
         self.observed: Observation
-        self.failed, self.rejection, self.given = np.zeros(system.nu), "", False
+        self.failed, self.rejection = np.zeros(system.nu), ""
         self.joint = "none"
         self._found: Equilibrium | None = None
         self.progress, self.difference, self.retract = system.progress, system.difference, system.retract
@@ -126,13 +124,6 @@ class SystemPath:
     def equilibrium(self, path: Path, rules: PathRules, t: float, guess: np.ndarray) -> int:
         """See `fsm.solve.stepping.path`."""
         newton, numbers, counts = self.newton, path.numbers, path.counts
-        if self.given and numbers[stepping.FOUND_AT] == t:
-            q, self.given = path.found.copy(), False
-            u = self.system.difference(self.recorder.q, q) / (t - self.recorder.time)
-            iterations = int(counts[stepping.LAST_ITERATIONS])
-            self._found = Equilibrium(q, u, None, Ending.CONVERGED, iterations, np.zeros(self.system.nu))
-            return stepping.ACCEPTED
-        self.given = False
         newton.largest_reaction = float(numbers[stepping.REACTION])
         efforts = path.next_efforts.copy() if newton.mixed is not None else None
         found = self._found = newton.solve(t, guess, self._before, efforts)
@@ -166,13 +157,16 @@ class SystemPath:
         return stepping.ACCEPTED
 
     def stability(self, path: Path, rules: PathRules, t: float) -> int:
-        """See `fsm.solve.stepping.path`.
+        """See `fsm.solve.stepping.path`."""
+        assert self._found is not None
+        return self.judged_at_rest(t, self._found.q)
+
+    def judged_at_rest(self, t: float, q: np.ndarray) -> int:
+        """Stability at rest of an equilibrium with dampers: ACCEPTED, SLOWED or UNSTABLE.
 
         Coulomb friction would hold contacts that stick. Regularised friction lets them creep, which is slow on the path.
         """
         system, solver = self.system, self.newton.solver
-        assert self._found is not None
-        q = self._found.q
         self.pivots = negative_pivots(system, t, q, solver) if system.rate_dependent else None
         if not self.pivots:
             return stepping.ACCEPTED

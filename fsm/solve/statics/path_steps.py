@@ -13,7 +13,7 @@ from fsm.errors import EnergyAbort, NotConverged
 from fsm.kernels.pointers import enter
 from fsm.kernels.vector import largest_ratio
 from fsm.solve.equations.equilibrium_step import Ending, EquilibriumStep
-from fsm.solve.equations.newton import held_still, negative_pivots
+from fsm.solve.equations.newton import held_still
 from fsm.solve.interface.records import Observation
 from fsm.solve.interface.system import ArrayStaticSystem, StaticArrays, System
 from fsm.solve.outcome.restart_points import State, steps_between
@@ -160,25 +160,22 @@ class PathSteps:
         """
         left = min(self.every - (self.statistics.steps - self.renewed), self.settings.max_steps - self.statistics.steps)
         arrays = None
-        if self._with_arrays is not None and self.path.counts[stepping.KNOWN] > 1 and self.lost is None:
+        if self._with_arrays is not None and self.path.counts[stepping.KNOWN] > 1:
             arrays = self._with_arrays.static_arrays(self.newton.solver.ready)
-        if arrays is not None and self._march_arrays(arrays, 1 if self.recorder.request.each_step else max(1, left)):
+        single = self.recorder.request.each_step or self.lost is not None
+        if arrays is not None and self._march_arrays(arrays, 1 if single else max(1, left)):
             return None
         return self._in_python(follow, self._stops())
 
     def _march_arrays(self, arrays: StaticArrays, most: int) -> bool:
         """Take at most `most` steps in one kernel; return whether it took any."""
-        path, recorder = self.path, self.recorder
+        path, recorder, judged = self.path, self.recorder, False
         rows, outcome = path.rows(most), stepping.LACKS
         self._begin()
         for _ in range(_PATTERNS):
             if self._doubtful:
-                self._doubtful = False
-                judgement = self._judge(arrays)
-                if judgement == stepping.SLOWED:
-                    self.model.given = True
-                    break
-                path.counts[stepping.JUDGED] = 1 + judgement
+                self._doubtful, judged = False, True
+                path.counts[stepping.JUDGED] = 1 + self._judge(arrays)
             arrays.prepare((recorder.time, recorder.q))
             stops = self._stops()
             if self.system.remembers:  # channels of a saved state read the memory
@@ -196,23 +193,21 @@ class PathSteps:
             q = path.q.copy()
             arrays.followed(q)
             stable = 0 if self.system.rate_dependent else None
-            self._take(rows[:taken], arrays.observation, q, stable)
+            self._take(rows[:taken], arrays.observation, q, self.model.pivots if judged and taken == 1 else stable)
         self._end()
         if taken:
             self._finish(may_renew=True)
         return taken > 0
 
     def _judge(self, arrays: StaticArrays) -> int:
-        """Stability of the state that the kernel has found, but could not judge: ACCEPTED, UNSTABLE, or SLOWED if it is
-        unstable at rest.
-        """
-        path, system, before = self.path, self.system, (self.recorder.time, self.recorder.q)
+        """Stability of the state that the kernel has found, but could not judge: ACCEPTED, UNSTABLE, SLOWED or RELEASED."""
+        path, before = self.path, (self.recorder.time, self.recorder.q)
         t, q = float(path.numbers[stepping.FOUND_AT]), path.found.copy()
         unknown = path.next_record[stepping.NEGATIVE] == stepping.UNKNOWN
         if unknown and self.newton.judged(t, q, before, arrays).ending is not Ending.CONVERGED:
             return stepping.UNSTABLE
-        slowed = system.rate_dependent and negative_pivots(system, t, q, self.newton.solver) > 0
-        return stepping.SLOWED if slowed else stepping.ACCEPTED
+        judgement = self.model.judged_at_rest(t, q)
+        return stepping.RELEASED if judgement == stepping.UNSTABLE else judgement
 
     def _in_python(self, steps: Callable[..., int], to: Any, single: bool = False) -> Reason | None:
         """Take one step by `follow` to the first of several times, or by `attempt` to one time (`single`)."""

@@ -14,9 +14,9 @@ rates.
 Newton's method solves for x with the matrix 2/h^2 M + D/h + int s K(q_n + s x) ds, by the same quadrature. Where films
 become slack or taut, K differs between the two points by orders of magnitude; Newton's method with K at one point does
 not converge there. Corrections that overshoot are cut where the work of the residual along them vanishes. The cut is
-limited, because otherwise one region that becomes taut would stop the motion of all others. With fixed steps, Broyden's
-good update [3] corrects a reused tangent. Steps with many iterations are halved, because both halves together may need
-fewer iterations. Steps are also halved where the quadrature does not conserve the energy.
+limited, because otherwise one region that becomes taut would stop the motion of all others. Broyden's good update [3]
+corrects a reused tangent. Fixed steps with many iterations are halved, because both halves together may need fewer
+iterations. Fixed steps are also halved where the quadrature does not conserve the energy.
 
 The mean rates of undamped modes that are too fast for a fixed step change their sign in every step. The mean rate of
 the step before the last one therefore predicts these modes; it also predicts slow modes. Linear extrapolation would

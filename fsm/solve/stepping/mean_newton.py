@@ -187,20 +187,18 @@ def predicted_rate(motion: MeanMotion, rules: MeanRules, h: float) -> np.ndarray
 @shared
 def solved(model: Any, motion: MeanMotion, rules: MeanRules, h: float) -> tuple[bool, np.ndarray]:
     """Whether Newton's method converges, and the increment of the step."""
-    learns, tolerance = rules.fixed_step > 0.0, rules.newton_tolerance
+    fixed, tolerance = rules.fixed_step > 0.0, rules.newton_tolerance
     x = scaled(h, predicted_rate(motion, rules, h))
     renew, before = h != motion.sizes[FACTORED], 0.0
     residual = _residual(model, motion, h, x)
-    secants = no_secants(rules.weight, _ITERATIONS if learns else 0)
+    secants = no_secants(rules.weight, _ITERATIONS)
     for _ in range(_ITERATIONS):
         if renew:
             if not _factorise(model, motion, h, x):
                 return False, x
             clear(secants)
         motion.counts[ITERATIONS] += 1
-        dx = mapped(model, solve(model, residual))
-        if learns:
-            dx = improved(secants, dx)
+        dx = improved(secants, mapped(model, solve(model, residual)))
         size = mean_ratio(dx, rules.size)
         if not math.isfinite(size):
             return False, x
@@ -210,15 +208,14 @@ def solved(model: Any, motion: MeanMotion, rules: MeanRules, h: float) -> tuple[
         converged = left <= tolerance or least
         # contacts that have opened since the factorisation make it too stiff
         opened = converged and not renew and contacts_opened(model)
-        exact = not learns or least
+        exact = not fixed or least
         if converged and not opened and (exact or _residual_work(model, motion, h, x, residual) <= 1.0):
             return True, moved(x, 1.0, dx)
         start = x
         x, residual = _moved(model, motion, h, x, dx, residual)
         if converged and not opened and _residual_work(model, motion, h, x, residual) <= 1.0:
             return True, x
-        if learns:
-            add(secants, subtracted(x, start), dx)
+        add(secants, subtracted(x, start), dx)
         renew = opened or (before > 0.0 and contraction > rules.slow)
         before = size
     return False, x

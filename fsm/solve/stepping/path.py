@@ -435,7 +435,8 @@ def follow(model: Any, path: Path, rules: PathRules, stops: np.ndarray, rows: np
     """Take steps that end at each of the increasing times `stops` (s), up to the last one, at most one for each row.
 
     A rejected step is repeated with a shorter one. The result is ACCEPTED, or the reason of a rejection that a shorter step
-    does not help. The function returns early if the energy error is too large or the drive reaches its limit.
+    does not help. The function returns early if the energy error is too large or the drive reaches its limit, and after a
+    state that the caller has judged.
     """
     numbers, counts, taken, stop = path.numbers, path.counts, 0, 0
     drives = path.resting_drives.shape[0]
@@ -448,15 +449,17 @@ def follow(model: Any, path: Path, rules: PathRules, stops: np.ndarray, rows: np
         outcome = attempt(model, path, rules, t, rows[taken])
         if outcome in (LACKS, DOUBTFUL, UNABLE):
             return outcome
-        counts[JUDGED] = 0
+        judged, counts[JUDGED] = counts[JUDGED], 0
         if outcome == ACCEPTED:
             taken += 1
+            if judged != 0:  # the caller records what it knows of this state
+                break
             limit = drives > 0 and abs(path.record[DRIVES + drives]) / rules.force_limit >= 1.0 - EXACT
-            judged = numbers[TIME] >= rules.judged_from
+            late = numbers[TIME] >= rules.judged_from
             if path.record[PART] > 0.0:
                 counts[AT_EVENT] = 1
                 break
-            if limit or (judged and is_off(path.balance, numbers[REACTION], rules.extent, rules.abort)):
+            if limit or (late and is_off(path.balance, numbers[REACTION], rules.extent, rules.abort)):
                 break
             continue
         counts[REJECTED] += 1

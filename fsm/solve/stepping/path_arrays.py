@@ -40,6 +40,7 @@ from fsm.solve.stepping.path_state import (
     NEWTON,
     PASSED,
     REACTION,
+    RELEASED,
     TIME,
     UNABLE,
     UNKNOWN,
@@ -131,7 +132,8 @@ def _equilibrium(model: StaticModel, path: Path, rules: PathRules, t: float, gue
 
 def _look(model: StaticModel, path: Path, rules: PathRules, t: float, record: np.ndarray) -> int:
     if path.counts[JUDGED] != 0:
-        return path.counts[JUDGED] - 1
+        judgement = path.counts[JUDGED] - 1
+        return UNSTABLE if judgement == UNSTABLE else ACCEPTED
     model.calls.end_of_step(model.arrays, path.found, rules.trial, ACCURATE, rules.rate_dependent, record)
     if model.calls.lacks(model.arrays):
         return LACKS
@@ -143,7 +145,10 @@ def _look(model: StaticModel, path: Path, rules: PathRules, t: float, record: np
 
 
 def _stability(model: StaticModel, path: Path, rules: PathRules, t: float) -> int:
-    if path.counts[JUDGED] == 1 or not rules.rate_dependent or path.next_record[NEGATIVE_AT_REST] == 0.0:
+    if path.counts[JUDGED] != 0:
+        judgement = path.counts[JUDGED] - 1
+        return UNSTABLE if judgement == RELEASED else judgement
+    if not rules.rate_dependent or path.next_record[NEGATIVE_AT_REST] == 0.0:
         return ACCEPTED
     return DOUBTFUL
 

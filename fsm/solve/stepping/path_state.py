@@ -11,14 +11,15 @@ from fsm.kernels.records import record
 
 (
     ACCEPTED, NEWTON, FAR, UNSTABLE, SINGULAR, INERTIA, CROSSED, HEAD_ON, COARSE, LIMIT, APART, SLOWED, LACKS, DOUBTFUL,
-    UNABLE, EVENT,
-) = range(16)  # fmt: skip
+    UNABLE, EVENT, RELEASED,
+) = range(17)  # fmt: skip
 """Outcomes of a step: acceptance, and the reasons for a rejection (`fsm.solve.statics.path_steps.Reason`).
 
 APART: a joint has opened too far. SLOWED is an unstable state that only dampers hold. LACKS: two bodies have met whose block
 the pattern lacks. DOUBTFUL: there are negative pivots, or their signs are not certain; the caller judges the stability
 (`counts[JUDGED]`). UNABLE: only the methods in Python can take this step. EVENT: the step passes
-an event, such as a latch that closes."""
+an event, such as a latch that closes. RELEASED (of `counts[JUDGED]` alone): the state is unstable at rest, and no damper
+holds it."""
 
 TIME, BEFORE, SIZE, COARSE_AT, COARSE_STEP, COARSE_ERROR, REACTION, FORCE_ROUND_OFF, FOUND_AT = range(9)
 """Indices of `Path.numbers`: time and the time before (s), size of the next step (s); time (s), size (s) and relative energy
@@ -29,8 +30,8 @@ state in `Path.found` (s)."""
 ) = range(11)  # fmt: skip
 """Indices of `Path.counts`: known states of the extrapolation; accepted and rejected steps; iterations, evaluations and
 factorisations; whether the last step ends at an event (0 or 1); iterations of the last step; whether `earlier` and
-`resting` belong to this path (0 or 1); outcome plus one of the judgement of the state in `Path.found`, ACCEPTED or UNSTABLE,
-or zero."""
+`resting` belong to this path (0 or 1); outcome plus one of the judgement of the state in `Path.found`, ACCEPTED, UNSTABLE,
+SLOWED or RELEASED, or zero."""
 (
     PASSED, NEGATIVE, NEGATIVE_AT_REST, LOST, LOADS, KEPT_LOSS, CONTACT, GRAVITY, PANELS, CREASES, KINETIC, INPUT, DRIVEN,
     STORED, LARGEST, OPENING, BARS, HINGES, FILM, PATCH, CABLE, BEAM, GAS, PART, DRIVES,

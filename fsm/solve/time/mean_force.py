@@ -19,7 +19,7 @@ _NEWTON, _LOOSEST = 1e-3, 1e-6
 step: with 1e-4, a strip after an impact gained 5 % of its energy in 2640 steps (2026-11-23)."""
 _EXACT = 1e-5
 """The same tolerance with error control: the residual does more work in longer steps."""
-_SLOW, _SLOW_AND_EXACT = 0.7, 0.35
+_SLOW, _SLOW_AND_EXACT = 0.7, 0.6
 """Ratio of successive corrections above which the tangent is evaluated again, for fixed steps and for error control. Two
 tangents and their factorisation cost ten times as much as two forces. Error control has a tighter tolerance."""
 _ROUND_OFF = 1e-13

@@ -39,6 +39,8 @@ from fsm.model.contact.sheets.array_sheet_tables import (
 )
 from fsm.solve.stepping.vectors import copy_into
 
+RESTORED = 2
+"""Value of the state REFERRED: the slots are those of the last renewal, but do not have the restored memory yet."""
 _PARALLEL = 0.01
 """Squared sine of the angle between two edges below which they count as nearly parallel."""
 
@@ -69,19 +71,33 @@ def _found(own: SheetArrays) -> Found:
 
 
 @kernel
-def _taper(own: SheetArrays, node: int, facet: int) -> float:
-    """Clearance of a node at a facet, relative to the thickness."""
-    at = position_of(own.taper_key, own.taper_key.shape[0], node * own.counts[FACETS] + facet)
-    return own.taper[at] if at >= 0 else 1.0
+def _tapers_of_nodes(own: SheetArrays) -> np.ndarray:
+    """First taper (n + 1,) of every node; the tapers of a node are in the order of facets."""
+    first, at = np.empty(own.body.shape[0] + 1, dtype=np.int64), 0
+    for node in range(first.shape[0]):
+        while at < own.taper_key.shape[0] and own.taper_key[at] < node * own.counts[FACETS]:
+            at += 1
+        first[node] = at
+    return first
 
 
 @kernel
-def _taper_of_edge(own: SheetArrays, edge: int, other: int) -> float:
+def _taper(own: SheetArrays, first: np.ndarray, node: int, facet: int) -> float:
+    """Clearance of a node at a facet, relative to the thickness."""
+    key = node * own.counts[FACETS] + facet
+    for at in range(first[node], first[node + 1]):
+        if own.taper_key[at] == key:
+            return own.taper[at]
+    return 1.0
+
+
+@kernel
+def _taper_of_edge(own: SheetArrays, tapers: np.ndarray, edge: int, other: int) -> float:
     """Mean over the ends of an edge of the least clearance at the facets of another edge."""
-    total = 0.0
+    total, one, two = 0.0, own.edge_facets[other, 0], own.edge_facets[other, 1]
     for end in range(2):
         node = own.edges[edge, end]
-        total += min(_taper(own, node, own.edge_facets[other, 0]), _taper(own, node, own.edge_facets[other, 1]))
+        total += min(_taper(own, tapers, node, one), _taper(own, tapers, node, two))
     return 0.5 * total
 
 
@@ -90,13 +106,13 @@ def _write_slots(g: ContactArrays, near: Near) -> None:
     """Replace all slots; the memory follows by `_recall`."""
     own = sheets_of(g)
     counts, clearance, nodes = own.counts, own.sizes[CLEARANCE], own.body.shape[0]
-    share, area, pair, points = g.share, g.area, g.pair, near.node.shape[0]
+    share, area, pair, points, tapers = g.share, g.area, g.pair, near.node.shape[0], _tapers_of_nodes(own)
     counts[POINTS], counts[SLOTS], counts[LISTED] = points, points + near.one.shape[0], near.listed.shape[0]
     for s in range(points):
         node, facet = near.node[s], near.facet[s]
         own.key[s] = node * counts[FACETS] + facet
         own.first_of[s], own.second_of[s], own.start[s] = node, facet, near.start[s]
-        own.clearance[s] = clearance * _taper(own, node, facet)
+        own.clearance[s] = clearance * _taper(own, tapers, node, facet)
         # each of both faces has half of the stiffness
         share[s], area[s] = 0.5 * own.node_area[node] / own.sizes[FACE], 0.5 * own.node_area[node]
     own.start[points] = near.start[points]
@@ -106,7 +122,8 @@ def _write_slots(g: ContactArrays, near: Near) -> None:
         s, one, two = points + k, near.one[k], near.two[k]
         own.key[s] = nodes * counts[FACETS] + one * own.edges.shape[0] + two
         own.first_of[s], own.second_of[s] = one, two
-        own.clearance[s] = 0.25 * clearance * (_taper_of_edge(own, one, two) + _taper_of_edge(own, two, one))
+        both = _taper_of_edge(own, tapers, one, two) + _taper_of_edge(own, tapers, two, one)
+        own.clearance[s] = 0.25 * clearance * both
         share[s], area[s] = 0.5 * min(own.edge_area[one], own.edge_area[two]) / own.sizes[FACE], 0.0
     for s in range(counts[SLOTS]):
         pair[s] = counts[NUMBER]
@@ -227,6 +244,9 @@ def _edge_nodes(own: SheetArrays, slot: int, nodes: np.ndarray) -> None:
 def _renew(g: ContactArrays, poses: np.ndarray) -> int:
     own, state = sheets_of(g), g.state
     if not must_renew(g, poses):
+        if state[kept.REFERRED] == RESTORED:
+            _recall(g)
+            state[kept.REFERRED], state[kept.FOUND] = 1, -1
         return 0
     places, counts = _places(own, poses), own.counts
     # both sides may move before the next renewal

@@ -22,7 +22,7 @@ from fsm.model.bodies.pattern import BodyPattern
 from fsm.model.contact.contact_memory import ContactMemory
 from fsm.model.contact.contact_table import ContactTable
 from fsm.model.contact.sheets.array_sheet_tables import FACETS, KEPT, POINTS, SIDES, SLOTS, SheetArrays
-from fsm.model.contact.sheets.array_sheets import SHEETS
+from fsm.model.contact.sheets.array_sheets import RESTORED, SHEETS
 from fsm.model.contact.sheets.sheet_tables import (
     SheetSurface,
     arrays_of_mesh,
@@ -139,8 +139,15 @@ class SheetContacts(ContactTable):
         onset, began, depth = self.own.kept[:count, :3].T
         return ContactMemory(self.own.kept_key[:count], onset, began, depth, self.own.kept[:count, 3:])
 
+    def restore(self, memory: np.ndarray) -> None:
+        """See `ContactTable`; the slots of the last renewal of the broad phase do not depend on the memory."""
+        referred, slots = self.common.state[REFERRED], self.own.key
+        super().restore(memory)
+        if referred and self.own.key is slots:
+            self.common.state[REFERRED] = RESTORED
+
     def load_contacts(self, kept: ContactMemory) -> None:
-        """See `ContactTable`; a renewal of the broad phase copies the memory to the slots."""
+        """See `ContactTable`; the next use of the slots copies the memory to them."""
         if len(kept.key) > len(self.own.key):
             self._set(*roomier(self.common, self.own, len(kept.key)))
         own, count = self.own, len(kept.key)
