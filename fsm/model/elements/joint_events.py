@@ -114,12 +114,12 @@ def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> flo
     if law[STOP] == 0.0 and law[LATCH] == 0.0:
         return 0.0
     if law[LATCH] > 0.0 and memory[LATCHED * m + i] == 0.0:
-        past = law[LATCH_SENSE] * (c - law[LATCH_AT])
-        if past >= -NEAR * max(1.0, abs(law[LATCH_AT])) and abs(rate) <= law[SLOWER]:
+        past, near = law[LATCH_SENSE] * (c - law[LATCH_AT]), NEAR * max(1.0, abs(law[LATCH_AT]))
+        if past >= -near and abs(rate) <= law[SLOWER]:
             way = law[LATCH_SENSE] * (c - c_before)
             back = max(past, 0.0) / way if way > past else 0.0  # part of the step after the latch
             speed = law[LATCH_SENSE] * impact
-            if stops(own, i, c, rate)[0] == 0.0:  # a stop at the same place has changed the rate of a light edge at once
+            if past <= near or stops(own, i, c, rate)[0] == 0.0:  # a stop at the same place has changed the rate of a light edge at once
                 speed += (1.0 - back) * (rate - speed)
             memory[LATCHED * m + i] = 1.0
             memory[IN_LATCH * m + i] = _add(own, LATCHES, i, t - back * step, speed, law[LATCH_AT])
