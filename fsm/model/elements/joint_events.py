@@ -119,7 +119,8 @@ def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> flo
             way = law[LATCH_SENSE] * (c - c_before)
             back = max(past, 0.0) / way if way > past else 0.0  # part of the step after the latch
             speed = law[LATCH_SENSE] * impact
-            if past <= near or stops(own, i, c, rate)[0] == 0.0:  # a stop at the same place has changed the rate of a light edge at once
+            # a stop at the same place has changed the rate of a light edge at once
+            if past <= near or stops(own, i, c, rate)[0] == 0.0:
                 speed += (1.0 - back) * (rate - speed)
             memory[LATCHED * m + i] = 1.0
             memory[IN_LATCH * m + i] = _add(own, LATCHES, i, t - back * step, speed, law[LATCH_AT])
