@@ -186,14 +186,20 @@ def _base_folder() -> Path:
 
 
 def _text(path: str) -> bytes | None:
-    """Content of a file, or None if it does not exist."""
+    """Content of a file, or None if it does not exist. A file is read again only if it was written in the meantime."""
     try:
-        with open(path, "rb") as file:
-            return file.read()
+        status = os.stat(path)
+        written = status.st_mtime_ns, status.st_size, status.st_ino
+        if _read.get(path, (None, b""))[0] != written:
+            with open(path, "rb") as file:
+                _read[path] = written, file.read()
     except (FileNotFoundError, NotADirectoryError):
         return None
+    return _read[path][1]
 
 
+_read: Final[dict[str, tuple[tuple[int, int, int], bytes]]] = {}
+"""Time, size and number of each file in its last reading, and its content."""
 _text_at_import: Final = cache(_text)
 
 
