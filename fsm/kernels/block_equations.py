@@ -79,7 +79,8 @@ def equation_kernels(
     filled = p.filled_rows, p.filled_columns, p.filled_diagonal
     solving = p.order, *filled, factors, p.rows, p.columns, matrix, right, 0.0, True, True
     wanted = (factorise, matrix, p.place, *filled, True, factors), (solve_refined, *solving)
-    return EquationKernels(*pointers_to(wanted), NO_LOW_RANK if low_rank is None else low_rank)
+    found: Any = pointers_to(wanted)
+    return EquationKernels(found[0], found[1], NO_LOW_RANK if low_rank is None else low_rank)
 
 
 @kernel

@@ -21,7 +21,7 @@ def ring(rng: np.random.Generator, count: int, diagonal: float) -> BlockMatrix:
 
 @pytest.mark.parametrize("kind", ["indefinite", "definite", "rank deficient", "singular blocks"])
 def test_solution_and_number_of_negative_eigenvalues(kind: str) -> None:
-    """The matrix itself is unchanged; a vector may have no weight, and the blocks alone may be singular along a coordinate."""
+    """The matrix is unchanged; a vector may have no weight, and the blocks alone may be singular along a coordinate."""
     rng = np.random.default_rng(3)
     blocks = ring(rng, 10, 0.0 if kind == "indefinite" else 8.0)
     vectors, weights = rng.normal(size=(3, 30)), rng.normal(size=(3, 3))

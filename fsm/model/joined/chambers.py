@@ -567,11 +567,6 @@ class Chambers(ElementGroup):
         sums = self._gradients, self._low_rank.vectors, self._low_rank.weights
         return [*self._surfaces, *self._areas, *self.gases.table, *sums, *self._found, self._address]
 
-    def gradients(self, nodes: np.ndarray) -> np.ndarray:
-        """Gradients (k, m) of the volumes, m^2."""
-        _renew_at(self._own, self._nodes, 0.0, nodes)
-        return self._gradients.copy()
-
     def state(self, t: float, nodes: np.ndarray) -> GasState:
         """State of all gases at coordinates (m,) of the nodes."""
         _renew_at(self._own, self._nodes, float(t), nodes)

@@ -14,7 +14,6 @@ changes linearly. The flows between two chambers cancel, so the mass is conserve
 from __future__ import annotations
 
 import math
-from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
@@ -199,8 +198,9 @@ def gas_state_of(t: np.ndarray, k: int) -> GasState:
 
 def empty_state(chambers: int, orifices: int) -> GasState:
     """Arrays of a state, filled with zeros."""
-    own, by_volume, by_area = (np.zeros(chambers) for _ in range(6)), (chambers, chambers), (chambers, orifices)
-    return GasState(*islice(own, 5), np.zeros(by_volume), np.zeros(by_area), np.zeros(orifices), *own)
+    one, area = (chambers,), (orifices,)
+    shapes = one, one, one, one, one, (chambers, chambers), (chambers, orifices), area, one
+    return GasState(*map(np.zeros, shapes))
 
 
 @kernel
