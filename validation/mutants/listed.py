@@ -415,6 +415,13 @@ CHOICES = (
         unit_test("method_selection", "test_of_slow_pulls_with_joints"),
     ),
     Mutant(
+        "half of the Coriolis acceleration in coordinates of joints",
+        "fsm/interactions/joint_tree.py",
+        "crossed(omega, crossed(omega, apart)), 2.0,",
+        "crossed(omega, crossed(omega, apart)), 1.0,",
+        physics_test("explicit", "test_coordinates_of_joints_give_the_motion_of_projected_bodies"),
+    ),
+    Mutant(
         "explicit steps at any cost",
         "fsm/model/plan/motion_method.py",
         "if explicit <= _WORTH * implicit:",
