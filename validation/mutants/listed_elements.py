@@ -451,6 +451,20 @@ JOINTS = (
         physics_test("ideal_joints", "test_a_latch_holds_a_block_between_itself_and_the_stop"),
     ),
     Mutant(
+        "steps up to a stop with the force after it",
+        "fsm/laws/one_sided.py",
+        "return bool(before < -near and beyond <= near)",
+        "return bool(before < -near and beyond <= -near)",
+        physics_test("events_in_the_balance", "test_a_damped_stop"),
+    ),
+    Mutant(
+        "crossed cylinders without the stiffness of their curvature",
+        "fsm/model/contact/geometries/cylinder_on_cylinder.py",
+        "out.bend[:] += push * one.bend - steep * np.outer(one.way, one.way)",
+        "out.bend[:] += -steep * np.outer(one.way, one.way)",
+        physics_test("cylinder_on_cylinder", "test_forces_are_those_of_the_energy_and_tangents_those_of_the_forces"),
+    ),
+    Mutant(
         "stops that return all energy",
         "fsm/model/elements/joint_laws.py",
         "damper += stiffness * max(beyond, 0.0) * rebound",
