@@ -8,16 +8,17 @@ method finds z, starting from that of the state before:
 
 One factorisation serves all parameters. With d -> 0 this is implicit differentiation, A z = dh/dp. Differences at a fixed q
 would be wrong: a change of lengths by 1e-6 stretches stiff springs more than the forces of the state do. Both systems have
-the same residual, so that of the equilibrium does not matter. The relative step d = 1e-7 has an error of d/2 times the
+the same residual, so that of the equilibrium does not matter. The relative step d = 1e-6 has an error of d/2 times the
 second derivative of the path. The round-off of stiff springs, 1e-16/d of stiffness times size, is a pair of opposite forces
-at almost the same place; the solution dz and (dr/dq) dz are what is left of it.
+at almost the same place, so little of it is left in dz and (dr/dq) dz. Where the sides of contacts move, the second
+derivative is up to 1e3 times larger, and d = 1e-8.
 
 Dampers and friction compute rates as differences from the previous state, whose derivative is known then: it changes with
 the parameter too. Times change with the drives, so that states at the same travel are compared, and the ends of the drives.
 
-Flexible facets, films, cables and beams have no dr/dq; the round-off of r with d = 1e-7 would be 1e-3 of r'. Their
-differences are central, with p + d and p - d and d = 5e-4, with an error of d^2 times the third derivative and a round-off
-of 1e-6. Newton's method is repeated until dz does not matter.
+With contacts of flexible parts, differences are central, p + d and p - d. Systems of nodes alone have no dr/dq, and the
+round-off of r counts: their differences are central with d = 5e-4, with an error of d^2 times the third derivative and a
+round-off of 1e-6. Newton's method is repeated until dz does not matter.
 
 The adjoint method solves A^T lambda = (dr/dq)^T once for each force, r' = dr/dp + lambda . dh/dp with central differences
 at a fixed q. Dampers and friction have none: it would run backwards in time.
@@ -42,22 +43,22 @@ from fsm.errors import CaseError, Fault
 from fsm.kernels.blocks import BlockMatrix
 from fsm.model.compile.compile import SceneCompiler
 from fsm.model.compile.compile_case import compile_whole
-from fsm.model.compile.compile_contacts import Compiled
+from fsm.model.compile.compile_contacts import Compiled, same_sides
 from fsm.model.system.system import SegmentSystem
 from fsm.solve.interface.records import PreviousState
 
-_STEP = 1e-7
+_STEP = 1e-6
 """Relative step of a parameter."""
-_FLEXIBLE_STEP = 5e-4
-"""Relative step of a parameter with flexible parts, in central differences."""
-_FIXED_STEP = 1e-8
-"""Relative step of a parameter in central differences at a fixed configuration."""
+_CONTACT_STEP = 1e-8
+"""The same for a parameter that moves the sides of contacts of rigid bodies."""
+_NODES_STEP = 5e-4
+"""The same for systems of nodes alone, in central differences."""
 _MOST = 6
 """Largest number of corrections of a neighbouring equilibrium."""
 _NEAR = 0.02
 """Correction of a neighbouring equilibrium, relative to its distance, with a negligible error, which is quadratic."""
 _SAME = 1e-8
-"""The same with flexible parts, without dr/dq."""
+"""The same without dr/dq."""
 _OTHER_SIZE = "changes the number of degrees of freedom; it cannot be varied continuously"
 _EQUILIBRIUM = 1e-4
 """Largest ratio of the residual of an equilibrium to the largest drive force; a state with a larger ratio is in motion."""
@@ -104,27 +105,36 @@ def vary_parameters(
 
 
 def _vary(case: Case, scene: Scene, system: SegmentSystem, path: str, central: bool) -> VariedParameter:
-    value, rigid = value_at(case, path), _is_rigid(system)
-    step = (_FLEXIBLE_STEP if not rigid else _FIXED_STEP if central else _STEP) * (abs(value) or 1.0)
-    steps, found = (step, -step) if central or not rigid else (step,), []
-    for signed in steps:
-        changed = build_scene(with_values(case, {path: value + signed}))
-        if changed == scene:
-            return VariedParameter(path, ())
+    value, rigid = value_at(case, path), type(system) is SegmentSystem
+    size = abs(value) or 1.0
+    step = _NODES_STEP if not _has_bodies(system) else _CONTACT_STEP if central and system.contacts else _STEP
+    central = central or not _has_bodies(system) or (not rigid and bool(system.contacts))
+
+    def changed(by: float) -> Scene:
+        return build_scene(with_values(case, {path: value + by * size}))
+
+    other = changed(step)
+    if other == scene:
+        return VariedParameter(path, ())
+    if rigid and not central and system.contacts and not same_sides(other, scene):
+        step = _CONTACT_STEP
+        other = changed(step)
+    found = []
+    for signed, one in ((step, other), (-step, changed(-step))) if central else ((step, other),):
         if rigid:  # `scene` has no faults
-            spatial = case.solve.spatial or bool(out_of_plane(changed))
-            other = SceneCompiler(changed, spatial, like=Compiled(scene, system.contacts)).system()
+            spatial = case.solve.spatial or bool(out_of_plane(one))
+            varied = SceneCompiler(one, spatial, like=Compiled(scene, system.contacts)).system()
         else:
-            other = compile_whole(case, changed, None)
-        if other.nq != system.nq:
+            varied = compile_whole(case, one, None)
+        if varied.nq != system.nq:
             raise CaseError(Fault(path, _OTHER_SIZE))
-        found.append(VariedSystem(other, signed, 1.0 / len(steps)))
+        found.append(VariedSystem(varied, signed * size, 0.5 if central else 1.0))
     return VariedParameter(path, tuple(found))
 
 
-def _is_rigid(system: SegmentSystem) -> bool:
-    """Whether a system consists of rigid bodies and their springs alone."""
-    return type(system) is SegmentSystem
+def _has_bodies(system: SegmentSystem) -> bool:
+    """Whether a system has bodies, perhaps with flexible parts, and dr/dq."""
+    return isinstance(system, SegmentSystem)
 
 
 class PathSensitivity:
@@ -199,7 +209,7 @@ class PathSensitivity:
             self._ways, self._known = np.zeros_like(self._ways), False
             return None
         tangent = splu(matrix.bsr().tocsc())
-        by_motion = system.drive_tangent(t, q, u, before) if _is_rigid(system) else None
+        by_motion = system.drive_tangent(t, q, u, before) if _has_bodies(system) else None
         forces = self._neighbours(t, q, before, own, tangent, by_motion, needed)
         if damping is not None and self._known:
             self.start_error = tangent.solve(damping.times(self.start_error))
@@ -217,7 +227,7 @@ class PathSensitivity:
         changes, left = np.zeros((len(own[1]), len(self._varied))), np.arange(len(self._varied))
         for k in left.tolist():
             self._restore(k, memory)
-        for _ in range(_MOST if needed else 1):
+        for _ in range(_MOST):
             residual = np.zeros((len(own[0]), len(left)))
             for column, k in enumerate(left.tolist()):
                 force, reaction = self._balance(k, t, q, before, past, ways)
@@ -261,7 +271,7 @@ class PathSensitivity:
         end, other_end = system.end_time(), other.end_time()
         if t <= 0.0 or end is None or other_end is None:
             return t
-        if not isinstance(system, SegmentSystem):
+        if not _has_bodies(system):
             return t * other_end / end
         own, varied = system.motions[0].program, other.motions[0].program
         if own == varied:

@@ -66,7 +66,8 @@ def test_adjoint_is_forward() -> None:
     case, travel = squares(), np.linspace(1e-4, 1e-3, 4)
     paths = ["lattice.axial", "lattice.shear", "lattice.angle"]
     forward, adjoint = (force_response(case, travel, paths, way).jacobian for way in ("forward", "adjoint"))
-    np.testing.assert_allclose(adjoint, forward, rtol=1e-9, atol=1e-12 * np.abs(forward).max())
+    # 28 November 2026: forward differences are one-sided with d = 1e-6, those of the adjoint method are central
+    np.testing.assert_allclose(adjoint, forward, rtol=5e-6)
     with pytest.raises(CaseError, match="depend on the previous state"):
         force_response(squares(damping=0.1), travel, paths, "adjoint")
 

@@ -15,7 +15,7 @@ from fsm.calibrate.response import force_response
 from fsm.calibrate.sensitivity import vary_parameters
 from fsm.cli.command_line import cli
 from fsm.errors import CaseError
-from fsm.model.compile.compile import SceneCompiler, compile_scene
+from fsm.model.compile.compile import compile_scene
 from fsm.studies.problem import case_problem, numbers_of
 from fsm.studies.sensitivity import differentiated_peak
 
@@ -41,10 +41,12 @@ def test_derivatives_of_the_peak_of_a_strip() -> None:
     assert angle.slope == pytest.approx((peaks[1] - peaks[0]) / (2e-4 * angle.value), rel=1e-3)
 
 
-def test_one_sided_differences_are_as_exact_as_central_ones(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The force scales with all stiffnesses together; the bending stiffness grows with the cube of the thickness."""
+def test_derivatives_do_not_depend_on_the_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The force scales with all stiffnesses together; a smaller step of the numbers, also of those that move bodies, gives
+    the same derivatives.
+    """
     case = strip().set({"solve.rtol": 1e-8, "material.damping": None, "strip.segments_per_panel": 2})._loaded.case
-    paths = ["material.young", "crease.stiffness", "contact.stiffness", "strip.thickness", "strip.width"]
+    paths = ["material.young", "crease.stiffness", "contact.stiffness", "strip.thickness", "strip.width", "strip.length"]
     values = [value_at(case, path) for path in paths]
 
     def parts() -> np.ndarray:
@@ -56,8 +58,19 @@ def test_one_sided_differences_are_as_exact_as_central_ones(monkeypatch: pytest.
     still = np.isfinite(part).all(axis=1)
     assert still.sum() > 5
     assert part[still, :3].sum(axis=1) == pytest.approx(1.0, abs=1e-6)
-    monkeypatch.setattr("fsm.calibrate.sensitivity._only_factors", lambda one, other: False)
-    assert part[still] == pytest.approx(parts()[still], abs=1e-6)
+    monkeypatch.setattr("fsm.calibrate.sensitivity._STEP", 1e-7)
+    monkeypatch.setattr("fsm.calibrate.sensitivity._CONTACT_STEP", 3e-9)
+    assert part[still] == pytest.approx(parts()[still], rel=5e-5, abs=1e-5)
+
+
+def test_numbers_of_the_drive_at_the_end_of_its_travel() -> None:
+    """Without dampers the force at the end depends on the travel, not on the speed."""
+    case = strip().set({"drive.0.travel": "4 mm", "material.damping": 0, "strip.segments_per_panel": 2})
+    found = case.sensitivity(by=["drive.0.travel", "drive.0.speed"])
+    travel = found["drive.0.travel"]
+    ends = [case.set("drive.0.travel", travel.value * (1.0 + k)).run().summary["peak_force"] for k in (-1e-3, 1e-3)]
+    assert travel.slope == pytest.approx((ends[1] - ends[0]) / (2e-3 * travel.value), rel=1e-4)
+    assert found.elasticity(found["drive.0.speed"]) == pytest.approx(0.0, abs=1e-7)
 
 
 def test_derivatives_of_the_peak_of_flexible_facets() -> None:
@@ -74,21 +87,14 @@ def test_derivatives_of_the_peak_of_flexible_facets() -> None:
     assert angle.slope == pytest.approx((ends[1] - ends[0]) / (4e-3 * angle.value), rel=1e-4)
 
 
-COMPILATIONS = {
-    "material.young": 1, "crease.stiffness": 1, "contact.stiffness": 1, "strip.thickness": 2, "strip.fold_angle": 4,
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("path", COMPILATIONS)
-def test_a_number_needs_compilations_for_what_it_changes(path: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The system at the nominal values serves all numbers; bodies that move need central differences."""
-    case, count = strip()._loaded.case, []
+@pytest.mark.parametrize(("path", "shared"), [("material.young", True), ("contact.stiffness", True), ("strip.width", False)])
+def test_a_number_needs_one_compilation(path: str, shared: bool) -> None:
+    """Contacts keep their table if their sides are the same."""
+    case = strip()._loaded.case
     scene = build_scene(case)
     system = compile_scene(scene)
-    parts = SceneCompiler.parts
-    monkeypatch.setattr(SceneCompiler, "parts", lambda self: (count.append(1), parts(self))[1])
-    vary_parameters(case, scene, system, [path])
-    assert len(count) == COMPILATIONS[path]
+    ((one,),) = [number.systems for number in vary_parameters(case, scene, system, [path])]
+    assert (one.system.contacts[0].geometry is system.contacts[0].geometry) == shared
 
 
 def test_differences_where_there_are_no_exact_derivatives() -> None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import cache
 
 import numpy as np
 
-from fsm.builders.patterns.facets import facet_frames
+from fsm.builders.patterns.facets import FacetFrames, facet_frames
 from fsm.builders.patterns.of_sheet import pattern_of
 from fsm.builders.patterns.places import Place, facets_named, place_of
 from fsm.builders.sheet.flexible_loads import loads_on_mesh
@@ -14,6 +15,9 @@ from fsm.case.models.case import Case
 from fsm.case.models.loads import PART, Load
 from fsm.case.pattern_files.pattern import Pattern
 from fsm.errors import CaseError, Fault
+
+Frames = Callable[[], FacetFrames]
+"""Frames of the facets, computed once when they are needed."""
 
 
 def facet_name(number: int) -> str:
@@ -46,17 +50,18 @@ def placed_loads(case: Case, loads: Iterable[Load]) -> tuple[Load, ...]:
     if case.sheet.facets == "flexible":
         return loads_on_mesh(case, loads)
     pattern = pattern_of(case.sheet)
+    frames = cache(lambda: facet_frames(pattern))
     found: list[Load] = []
     for number, load in enumerate(loads):
-        found += [load] if load.at is None else _placed(case, pattern, load, f"load.{number}")
+        found += [load] if load.at is None else _placed(case, pattern, frames, load, f"load.{number}")
     return tuple(found)
 
 
-def _placed(case: Case, pattern: Pattern, load: Load, path: str) -> list[Load]:
+def _placed(case: Case, pattern: Pattern, frames: Frames, load: Load, path: str) -> list[Load]:
     """Loads on the bodies of a place."""
     assert case.sheet is not None and load.at is not None
     if load.pressure is not None:
-        return _pressed(case, pattern, load, path)
+        return _pressed(case, pattern, frames, load, path)
     try:
         place = place_of(pattern, load.at)
     except ValueError as error:
@@ -71,10 +76,10 @@ def _placed(case: Case, pattern: Pattern, load: Load, path: str) -> list[Load]:
         raise CaseError(Fault(f"{path}.follower", text))
     if any(load.point):
         raise CaseError(Fault(f"{path}.point", "is not used beside `at` with vertices; remove this key"))
-    return _on_vertices(pattern, load, place, bars)
+    return _on_vertices(pattern, None if bars else frames(), load, place)
 
 
-def _pressed(case: Case, pattern: Pattern, load: Load, path: str) -> list[Load]:
+def _pressed(case: Case, pattern: Pattern, frames: Frames, load: Load, path: str) -> list[Load]:
     """Pressure on facets; rigid facets have a force at each centroid that rotates with the facet."""
     assert case.sheet is not None and isinstance(load.at, str) and load.pressure is not None
     try:
@@ -83,7 +88,7 @@ def _pressed(case: Case, pattern: Pattern, load: Load, path: str) -> list[Load]:
         raise CaseError(Fault(f"{path}.at", str(error))) from None
     if case.sheet.facets == "bars":
         return [load]
-    area = facet_frames(pattern).area
+    area = frames().area
     return [
         load.model_copy(
             update={
@@ -96,10 +101,10 @@ def _pressed(case: Case, pattern: Pattern, load: Load, path: str) -> list[Load]:
     ]  # fmt: skip
 
 
-def _on_vertices(pattern: Pattern, load: Load, place: Place, bars: bool) -> list[Load]:
+def _on_vertices(pattern: Pattern, frames: FacetFrames | None, load: Load, place: Place) -> list[Load]:
     vertices = place.vertices if place.facet is None else pattern.faces[place.facet]
     share = tuple(component / len(vertices) for component in load.force)
-    frames, facets = (None, {}) if bars else (facet_frames(pattern), facets_of_vertices(pattern))
+    facets = {} if frames is None else facets_of_vertices(pattern)
     found = []
     for vertex in vertices:
         name = load.called if len(vertices) == 1 else f"{load.called}{PART}{vertex + 1}"

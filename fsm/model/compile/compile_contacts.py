@@ -53,7 +53,7 @@ def compile_contacts(
     contact = scene.contact
     if contact is None:
         return ()
-    if like is not None and _same_sides(scene, like.scene):
+    if like is not None and same_sides(scene, like.scene):
         groups = [group.with_laws(_normal(contact), _friction(scene.friction)) for group in like.contacts]
         shared = tuple(group for group in groups if group is not None)
         if len(shared) == len(groups):
@@ -72,7 +72,7 @@ def compile_contacts(
     return tuple(ContactGroup(geometry, normal, friction, mobility, loose, count) for geometry in geometries)
 
 
-def _same_sides(one: Scene, other: Scene) -> bool:
+def same_sides(one: Scene, other: Scene) -> bool:
     """Whether the tables of contacts of two scenes with the same topology are equal."""
     numbers = [None if scene.contact is None else scene.contact.model_dump(include=_OF_TABLES) for scene in (one, other)]
     if numbers[0] != numbers[1] or any(getattr(one, name) != getattr(other, name) for name in _SIDES):
