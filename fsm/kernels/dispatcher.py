@@ -4,7 +4,6 @@ This module adds to ``numba.njit(cache=True)``:
 
 * machine code is made only for kernels that Python calls. A kernel that calls another kernel links its code, so the callee
   by itself needs neither machine code, nor wrappers for calls from Python, nor an entry in the cache;
-* functions are only simplified before they are linked, and numba's compiler takes shortcuts (`fsm.kernels.shortcuts`);
 * entries of the cache do not contain data that only a later link would need, so they load quickly;
 * symbols have short names. The names of numba contain the types of all arguments, which for tables of arrays are 100 kB in
   each of hundreds of symbols and messages of a kernel;
@@ -29,7 +28,6 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Final
 
-from llvmlite.binding import create_new_module_pass_manager
 from numba.core import event, itanium_mangler, sigutils, typing, untyped_passes
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
 from numba.core.codegen import JITCodeLibrary
@@ -57,7 +55,6 @@ from fsm.kernels.cache_folder import (
 )
 from fsm.kernels.compile_lock import CompileLock
 from fsm.kernels.records import Record
-from fsm.kernels.shortcuts import shortcuts
 
 _LONGEST_NAME: Final = 200
 """Letters of the names of types in a symbol that keeps the name that numba gives it."""
@@ -167,7 +164,7 @@ class KernelDispatcher(_Linkable):
         collects = gc.isenabled()
         gc.disable()  # a compilation allocates millions of objects that live until its end
         try:
-            with global_compiler_lock, _overloads_linked(), _few_passes(self.targetctx.codegen()), shortcuts():
+            with global_compiler_lock, _overloads_linked():
                 kinds = sigutils.normalize_signature(sig)[0]
                 self.targetoptions["no_cfunc_wrapper"] = not self._address and _has_tuples(kinds)
                 return super().compile(sig)
@@ -220,16 +217,6 @@ def _overloads_linked() -> Iterator[None]:
     finally:
         jit_registry.pop(target)
         jit_registry[target] = before
-
-
-@contextmanager
-def _few_passes(codegen: Any) -> Iterator[None]:
-    """Let the compiler make libraries of kernels, see `_KernelLibrary`."""
-    codegen._library_class = _KernelLibrary
-    try:
-        yield
-    finally:
-        del codegen._library_class
 
 
 class ImportedKernel(KernelDispatcher):
@@ -295,27 +282,7 @@ def _is_linkable(library: Any) -> bool:
     return any(not function.is_declaration for function in library._final_module.functions)
 
 
-class _KernelLibrary(JITCodeLibrary):  # type: ignore[misc, unused-ignore]
-    """Code of a kernel, with fewer passes than numba: each function is only simplified before it is linked.
-
-    numba optimises it there as far as in the whole kernel, where the code of its callers changes it again.
-    """
-
-    def _optimize_functions(self, ll_module: Any) -> None:
-        ll_module.data_layout = self._codegen._data_layout
-        passes, builder = create_new_module_pass_manager(), self._codegen._pass_builder()
-        passes.add_sroa_pass()
-        passes.add_simplify_cfg_pass()
-        passes.add_instruction_combine_pass()
-        passes.add_refprune_pass()
-        passes.run(ll_module, builder)
-
-    def _optimize_final_module(self) -> None:
-        passes, builder = self._codegen._module_pass_manager()
-        passes.run(self._final_module, builder)
-
-
-class _LinkedLibrary(_KernelLibrary):
+class _LinkedLibrary(JITCodeLibrary):  # type: ignore[misc, unused-ignore]
     """Code of a function that other libraries link; it has no separate machine code.
 
     Passes over whole modules run once, in the library of the kernel that Python calls.

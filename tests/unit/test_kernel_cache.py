@@ -19,7 +19,7 @@ from typing import Any
 import pytest
 
 KERNELS_PACKAGE = Path(__file__).resolve().parents[2] / "fsm" / "kernels"
-COPIED = ("jit.py", "dispatcher.py", "cache_folder.py", "compile_lock.py", "array_items.py", "records.py", "shortcuts.py")
+COPIED = ("jit.py", "dispatcher.py", "cache_folder.py", "compile_lock.py", "array_items.py", "records.py")
 
 CALLEE = """
     from toy.kernels.jit import kernel
