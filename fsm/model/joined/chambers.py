@@ -502,12 +502,6 @@ def _energies_at(own: np.ndarray, nodes: np.ndarray, t: float, q: np.ndarray) ->
     return gas_energies(c.gases, c.found)
 
 
-@kernel
-def _add_force_rate(own: np.ndarray, nodes: np.ndarray, t: float, q: np.ndarray, force: np.ndarray) -> None:
-    put_array(nodes, 0, q)
-    add_gas_force_rate(own, nodes, t, force)
-
-
 class Surface(NamedTuple):
     """Triangles around a chamber, and its lids over rings of nodes, which are given by their first coordinates."""
 
@@ -583,7 +577,7 @@ class Chambers(ElementGroup):
 
     def add_force_rate(self, t: float, q: np.ndarray, force: np.ndarray) -> None:
         """See `ElementGroup`."""
-        _add_force_rate(self._own, self._nodes, float(t), q, force)
+        force += self.state(t, q).by_time @ self._gradients
 
     def break_times(self) -> list[float]:
         """See `ElementGroup`."""
