@@ -3,7 +3,7 @@
     python -m validation.benchmarks.gradients [--cases "strip;wing"] [--draws 2] [--repeats 5] [--differences]
 
 Each case is the shipped one, and `--draws` more whose numbers are random, within 10 %. Processor times are medians of
-alternated repeats, with OMP_NUM_THREADS=1. Differences of runs are central with two steps; they have the tolerance of the runs.
+alternated repeats, with OMP_NUM_THREADS=1. Differences of runs are central, with two steps.
 """
 
 from __future__ import annotations
