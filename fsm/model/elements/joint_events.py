@@ -38,6 +38,7 @@ from fsm.model.elements.joint_laws import (
     STRONG,
     TIME,
     UPPER,
+    before_stops,
     kept,
     opens,
     part_to_parting,
@@ -131,6 +132,7 @@ def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> flo
         way = abs(c - c_before)
         back = abs(c - limit) / way if way > abs(c - limit) else 0.0
         sign = -1.0 if c < law[LOWER] else 1.0
+        impact = abs(rate) if before_stops(own, i, c) else impact
         # a coordinate that rests on a stop, as at the start, does not hit it
         rests = abs(impact) < law[SLOWEST] and sign * (c_before - limit) >= -NEAR * max(1.0, abs(limit))
         memory[IN_STOP * m + i] = -1.0 if rests else _add(own, HITS, i, t - back * step, sign * impact, limit)

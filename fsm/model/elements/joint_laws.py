@@ -210,6 +210,14 @@ def mean_loss_of_stops(own: np.ndarray, i: int, before: float, c: float, rate: f
 
 
 @kernel
+def before_stops(own: np.ndarray, i: int, c: float) -> bool:
+    """Whether a coordinate is between its stops, or only as far beyond one as a step that ends there."""
+    law = floats_2d(own, LAWS)[i]
+    low, high = law[LOWER], law[UPPER]
+    return bool(low - NEAR * max(1.0, abs(low)) <= c <= high + NEAR * max(1.0, abs(high)))
+
+
+@kernel
 def part_to_parting(own: np.ndarray, i: int, c: float, rate: float) -> float:
     """Part of a step up to the state in which a damped stop or latch no longer pushes, see `part_of_line`."""
     part, before, faster = 2.0, kept(own, COORDINATE, i), kept(own, RATE, i)
@@ -436,7 +444,7 @@ def remember(own: np.ndarray, i: int, c: float, rate: float, opened: float) -> N
             memory[HARNESS * m + i] = _slid(own, i, c, law[SLIDER], HARNESS)[0]
         if law[SPRING_SLIDER] > 0.0:
             memory[SPRING_SLID * m + i] = _slid(own, i, c, law[SPRING_SLIDER], SPRING_SLID)[0]
-    if law[LOWER] <= c <= law[UPPER]:
+    if before_stops(own, i, c):
         memory[IMPACT * m + i] = abs(rate)
     memory[LOST * m + i] += opened
     memory[COORDINATE * m + i], memory[RATE * m + i] = c, rate

@@ -249,7 +249,8 @@ class SegmentSystem(SegmentForces):
 
     def arrays(self, ready: Ready) -> ArrayModel | None:
         """See `ArraySystem`."""
-        if self.in_python.motion or self.large_contacts() or not self.nu:
+        further_forces = type(self).force is not SegmentSystem.force and type(self)._arrays_of is SegmentSystem._arrays_of
+        if further_forces or self.in_python.motion or self.large_contacts() or not self.nu:
             return None
         contacts = self._contact_model
         if self._array_model is None:
@@ -296,6 +297,8 @@ class SegmentSystem(SegmentForces):
 
     def _static_arrays_of(self, ready: Ready) -> StaticSegments | None:
         """New arrays for statics; None if there are forces without arrays."""
+        if type(self).force is not SegmentSystem.force:
+            return None
         from fsm.model.system.static_arrays import StaticSegments  # imports the kernels of all steps
 
         return StaticSegments(self, self._first_pattern(), ready)
