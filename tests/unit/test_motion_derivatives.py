@@ -46,7 +46,7 @@ def test_derivatives_through_a_stop_against_runs() -> None:
         found = case.sensitivity(of, paths)
         assert all(one.exact for one in found.derivatives)
         for one in found.derivatives:
-            step = 1e-4 * (abs(one.value) or 0.1)
+            step = 1e-4 * (abs(one.value) or 1.0)  # runs end steps within 1e-9 rad of a stop, which differences must exceed
             ends = [case.set({one.path: one.value + k * step, "solve.rtol": 1e-11}) for k in (-1, 1)]
             low, high = (end.sensitivity(of, paths[:1]).value for end in ends)
             assert one.slope == pytest.approx((high - low) / (2.0 * step), rel=3e-5, abs=1e-7 * abs(found.value))
