@@ -126,7 +126,8 @@ def main() -> None:
             print(f"{name} {number}: {exact} of {len(paths)} exact; run {run:.3f} s, with derivatives {whole:.3f} s, "
                   f"{whole / run:.2f} runs", *found.warnings, flush=True)
             if chosen.differences:
-                off = differences(case.set(FINE), of, paths)
+                gravity = {} if "gravity" in case._tables else {"gravity": [0.0, 0.0, 0.0]}
+                off = differences(case.set(FINE | gravity), of, paths)
                 worst = sorted(off, key=lambda path: -abs(off[path]))[:4]
                 print("   ", ", ".join(f"{path} {off[path]:.1e}" for path in worst), flush=True)
 
