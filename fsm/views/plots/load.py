@@ -54,6 +54,8 @@ def plot_load(solution: Solution, path: str | Path) -> None:
         for ax, (kind, units) in zip(fig.subplots(len(kinds), squeeze=False)[:, 0], kinds.items(), strict=True):
             own = _of_kind(found, kind)
             unstable = [k for k in own if not _draw(ax, found, k, units, motions)]
+            for k in own:
+                _draw_limits(ax, solution, found, k, units)
             if unstable:
                 ax.plot([], [], color=GREY, linestyle=DASHES[1], label="unstable")
             if motions.any():
@@ -121,16 +123,25 @@ def _draw(ax: Axes, found: LoadPath, k: int, units: LoadAxes, motions: np.ndarra
         for at in np.flatnonzero(motions[of_step])[np.flatnonzero(motions[of_step]) > 0]:
             ax.plot(way[at - 1 : at + 1], size[at - 1 : at + 1], color=colour, linestyle=DASHES[2], zorder=1.8)
         label, all_stable = "_", all_stable and bool(stable.all())
-        limits = np.flatnonzero(np.diff(np.sign(np.diff(found.time[of_step]))) != 0.0) + 1
-        dot = {"markersize": points(4.5), "markeredgecolor": "white", "zorder": 4}
-        ax.plot(way[limits], size[limits], "o", color=colour, **dot)
-        for at in limits[:_LABELLED]:
-            above = size[at] > size[at - 1]
-            ax.annotate(
-                rounded(float(size[at])), (way[at], size[at]), (0.0, points(5.0 if above else -5.0)),
-                textcoords="offset points", ha="center", va="bottom" if above else "top", fontsize="small",
-            )  # fmt: skip
     return all_stable
+
+
+def _draw_limits(ax: Axes, solution: Solution, found: LoadPath, k: int, units: LoadAxes) -> None:
+    """Draw the interpolated limit points of a load, the first of each step with their size beside them."""
+    for number, step in enumerate(solution.summary.get("step", ()), 1):
+        of_step = np.flatnonzero((found.step == number) & np.isfinite(found.size[:, k]))
+        named = [point["loads"] for point in step.get("limit_points", ()) if found.names[k] in point["loads"]]
+        for order, loads in enumerate(named):
+            way, size = loads[found.names[k]]["displacement"], loads[found.names[k]]["size"]
+            at = (units[0].factor * way, units[1].factor * size)
+            colour = COLOURS[k % len(COLOURS)]
+            ax.plot(*at, "o", color=colour, markersize=points(4.5), markeredgecolor="white", zorder=4)
+            if order < _LABELLED:
+                above = size >= found.size[of_step, k][np.argmin(np.abs(found.way[of_step, k] - way))]  # a maximum
+                ax.annotate(
+                    rounded(at[1]), at, (0.0, points(5.0 if above else -5.0)),
+                    textcoords="offset points", ha="center", va="bottom" if above else "top", fontsize="small",
+                )  # fmt: skip
 
 
 def _near(marked: np.ndarray) -> np.ndarray:
