@@ -37,10 +37,12 @@ _LAWS = {
 
 
 def _added(law: AddedLaw, parameters: Mapping[str, Any] | None) -> str:
-    """Law of an extension with its parameters in SI."""
+    """Law or geometry with its parameters in SI, and whether it is of an extension."""
     values = {key: f"{value:.4g}" if isinstance(value, float) else value for key, value in (parameters or {}).items()}
     given = ", ".join(f"{key} {value}" for key, value in values.items())
-    return f"{law.text} (extension{'; ' if given else ''}{given})"
+    own = getattr(law.law, "__module__", "").startswith("fsm.model.")  # a contact geometry of the package
+    notes = "; ".join(text for text in ("" if own else "extension", given) if text)
+    return f"{law.text} ({notes})" if notes else law.text
 
 
 def _damping(contact: Contact) -> str:
