@@ -30,7 +30,7 @@ from fsm.interactions.bushing_spatial import (
 )
 from fsm.interactions.pose_planar import measure_pose_planar
 from fsm.interactions.pose_spatial import measure_pose_spatial
-from fsm.model.bodies.group import PreviousPoses
+from fsm.model.bodies.group import BlockSums, BodyState, PreviousPoses
 from fsm.model.bodies.pattern import BodyPattern
 from fsm.model.elements.element_cache import TwoBodyGroup
 from fsm.model.elements.spring_locks import SpringLocks
@@ -121,29 +121,17 @@ class BushingGroup(TwoBodyGroup):
         """The array of efforts is empty, so the geometric stiffness uses the efforts at the present poses."""
         return np.zeros((0, self.rest.shape[1]))
 
-    def add_force(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
-    ) -> None:
+    def add_force(self, at: BodyState, force: np.ndarray) -> None:
         """See `Group`."""
-        self._kernels.force(poses, rates, self.bodies, self._constants, *self._before(rates, past), force)
+        self._kernels.force(at.poses, at.rates, self.bodies, self._constants, *self._before(at.rates, at.past), force)
 
-    def add_linearised(
-        self,
-        t: float,
-        poses: np.ndarray,
-        rates: np.ndarray,
-        pattern: BodyPattern,
-        force: np.ndarray,
-        stiffness: np.ndarray,
-        damping: np.ndarray,
-        past: PreviousPoses | None = None,
-        efforts: np.ndarray | None = None,
-    ) -> None:
+    def add_linearised(self, at: BodyState, sums: BlockSums, efforts: np.ndarray | None = None) -> None:
         """See `Group`. If `efforts` (m, 3 or 6) is given, the geometric stiffness uses it."""
+        pattern, *of_blocks = sums
         self._kernels.linearise(
-            poses, rates, self.bodies, self._constants, *self._before(rates, past),
-            self._no_efforts if efforts is None else efforts, self._slots(pattern), force, stiffness, damping,
-        )  # fmt: skip
+            at.poses, at.rates, self.bodies, self._constants, *self._before(at.rates, at.past),
+            self._no_efforts if efforts is None else efforts, self._slots(pattern), *of_blocks,
+        )
 
     def arrays(self, pattern: BodyPattern) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Bodies, constants and block positions, for `fsm.model.bodies.arrays`."""
@@ -177,12 +165,11 @@ class BushingGroup(TwoBodyGroup):
         fixed = np.stack([self.rest[element, direction], shares], axis=1)
         return SpringLocks(np.ascontiguousarray(places), self._constants, self.rest, fixed)
 
-    def energy(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
-    ) -> tuple[dict[str, float], float, float]:
+    def energy(self, at: BodyState) -> tuple[dict[str, float], float, float]:
         """See `Group`."""
         totals, power = self._kernels.stored(
-            poses, rates, self.bodies, self._constants, *self._before(rates, past), self.category, len(self.in_panels)
+            at.poses, at.rates, self.bodies, self._constants, *self._before(at.rates, at.past), self.category,
+            len(self.in_panels),
         )
         in_creases = float((1.0 - self.in_panels) @ totals)
         return {"panels": float(self.in_panels @ totals), "creases": in_creases}, power, 0.0

@@ -18,8 +18,8 @@ from fsm.kernels.scatter import find_slot
 from fsm.model.bodies.arrays import DOF, FORCE, GAS, INTERVAL, POSES, RATES, STIFFNESS, STORED, pattern_of
 from fsm.model.bodies.configuration import Bodies
 from fsm.model.bodies.drive import PrescribedMotion
-from fsm.model.bodies.group import Group
-from fsm.model.bodies.pattern import BodyPattern, body_pattern
+from fsm.model.bodies.group import BlockSums, Group
+from fsm.model.bodies.pattern import body_pattern
 from fsm.model.contact.contacts import ContactGroup
 from fsm.model.elements.element_group import OWN, ElementGroup, ElementKernels, bodies_of, nothing
 from fsm.model.joined.chambers import (
@@ -299,13 +299,12 @@ class PanelGasSystem(SegmentSystem):
         q: np.ndarray,
         u: np.ndarray | None,
         before: PreviousState | None,
-        pattern: BodyPattern,
-        sums: tuple[np.ndarray, np.ndarray, np.ndarray],
+        sums: BlockSums,
         by_rates: np.ndarray | None,
         efforts: np.ndarray | None = None,
     ) -> Linearised:
-        linear = super()._assembled(t, q, u, before, pattern, sums, by_rates, efforts)
-        return Linearised(linear.force, BlockMatrix(pattern, linear.stiffness.data, self.low_rank), linear.damping)
+        linear = super()._assembled(t, q, u, before, sums, by_rates, efforts)
+        return Linearised(linear.force, BlockMatrix(sums.pattern, linear.stiffness.data, self.low_rank), linear.damping)
 
     @property
     def _stiffness_of_gas(self) -> tuple[LowRank, np.ndarray]:
@@ -330,13 +329,13 @@ class PanelGasSystem(SegmentSystem):
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
     ) -> np.ndarray:
         """See `SegmentSystem`: driven panels also feel the gas."""
-        poses, rates = self.place(t, q, u, before)
+        at = self.state(t, q, u, before)
         found = super().drive_tangent(t, q, u, before)
         if not np.isin(self.gas.bodies, self.driven).any():
             return found
-        self._with_driven(t, poses, rates, (self.gas,))
+        self._with_driven(at, (self.gas,))
         low_rank = self.gas.low_rank
-        along = np.zeros((len(self.motions), *rates.shape))
+        along = np.zeros((len(self.motions), *at.rates.shape))
         for row, motion in zip(along, self.motions, strict=True):
             row[motion.bodies, : len(motion.direction)] = motion.direction
         if self.turns is not None:

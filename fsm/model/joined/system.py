@@ -22,7 +22,7 @@ from fsm.kernels.body_poses import increment_blocks, pose_difference
 from fsm.kernels.minimum_degree import few_by_minimum_degree
 from fsm.model.bodies.configuration import Bodies
 from fsm.model.bodies.drive import PrescribedMotion
-from fsm.model.bodies.group import Group
+from fsm.model.bodies.group import BlockSums, Group
 from fsm.model.bodies.pattern import BodyPattern
 from fsm.model.contact.contacts import ContactGroup
 from fsm.model.joined.chambers import Chambers
@@ -155,7 +155,7 @@ class JoinedSystem(JoinedConfiguration):
 
         found = self._locked_model
         close_openings(found.model, t, q, u)
-        found.bodies[0].force[:] = self._all_forces(t, *self.place(t, q, u))
+        found.bodies[0].force[:] = self._all_forces(self.state(t, q, u))
         on_nodes = self._generalised(t, q, u, None, np.zeros(self.at_rest.shape))[self._nu :]
         return bool(find_multipliers(found.model, t, rate, on_nodes))
 
@@ -208,7 +208,7 @@ class JoinedSystem(JoinedConfiguration):
 
         Only in motion, the inertia of free coordinates contributes.
         """
-        forces = self._all_forces(t, *self.place(t, q, u, before), self.past(t, before))
+        forces = self._all_forces(self.state(t, q, u, before))
         force = self._all_generalised(t, q, u, before, forces)[self._nu :]
         in_motion = before is None and u is not None
         return self.elements.held_forces(force) if in_motion else np.where(self.elements.fixed, -force, 0.0)
@@ -246,12 +246,11 @@ class JoinedSystem(JoinedConfiguration):
         q: np.ndarray,
         u: np.ndarray | None,
         before: PreviousState | None,
-        pattern: BodyPattern,
-        sums: tuple[np.ndarray, np.ndarray, np.ndarray],
+        sums: BlockSums,
         by_rates: np.ndarray | None,
         efforts: np.ndarray | None = None,
     ) -> Linearised:
-        wrenches, body_stiffness, body_damping = sums
+        pattern, wrenches, body_stiffness, body_damping = sums
         joined = self._pattern_of(pattern)
         nodes = q[self._nq :]
         here, rates = self._place_nodes(t, nodes, None if u is None else u[self._nu :], self._nodes_before(before))

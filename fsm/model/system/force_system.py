@@ -27,7 +27,7 @@ from fsm.kernels.programs import table_of
 from fsm.model.bodies.arrays import AGAIN, LARGEST, STEP, WORK
 from fsm.model.bodies.configuration import Bodies, Configuration
 from fsm.model.bodies.drive import PrescribedMotion
-from fsm.model.bodies.group import Group, GroupSteps, PreviousPoses
+from fsm.model.bodies.group import BlockSums, BodyState, Group, GroupSteps, PreviousPoses
 from fsm.model.bodies.pattern import BodyPattern, body_pattern
 from fsm.model.contact.contact_memory import ContactDepths
 from fsm.model.contact.contact_set import ContactSet
@@ -176,8 +176,7 @@ class SegmentForces(Configuration):
 
     def force(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> np.ndarray:
         """See `System`."""
-        forces = self._all_forces(t, *self.place(t, q, u, before), self.past(t, before))
-        return self._generalised(t, q, u, before, forces)
+        return self._generalised(t, q, u, before, self._all_forces(self.state(t, q, u, before)))
 
     def force_rate(self, t: float, q: np.ndarray) -> np.ndarray:
         """See `System`; the result is the product of the columns of K of driven bodies and their speed."""
@@ -187,43 +186,32 @@ class SegmentForces(Configuration):
             group.add_force_rate(t, poses, direct)
         change = self._folded(q, direct[self._ordered].ravel())
         if len(self.driven):
-            pattern, stiffness, _ = self._with_driven(t, poses, rates, self.groups)
+            pattern, _, stiffness, _ = self._with_driven(BodyState(t, poses, rates), self.groups)
             speeds = np.zeros((pattern.order, self.size))
             moving = self._body_rates(np.zeros(self.n_free * self.size), t)
             speeds[pattern.dof[self.driven]] = moving[self.driven]
             change = self._folded(q, -BlockMatrix(pattern, stiffness).times(speeds.ravel())) + change
         return np.asarray(change)
 
-    def _with_driven(
-        self,
-        t: float,
-        poses: np.ndarray,
-        rates: np.ndarray,
-        groups: tuple[Group, ...],
-        past: PreviousPoses | None = None,
-        turned: np.ndarray | None = None,
-    ) -> tuple[BodyPattern, np.ndarray, np.ndarray]:
-        """Block data of K and D of groups, and their pattern; here driven bodies count as free, and come after the free
-        bodies.
-        """
-        pairs, versions = zip(*(group.pairs(poses) for group in groups), strict=True) if groups else ((), ())
+    def _with_driven(self, at: BodyState, groups: tuple[Group, ...], turned: np.ndarray | None = None) -> BlockSums:
+        """Sums of groups; here driven bodies count as free, and come after the free bodies."""
+        pairs, versions = zip(*(group.pairs(at.poses) for group in groups), strict=True) if groups else ((), ())
         key = (*map(id, groups), *versions)
         if self._driven_pattern is None or key != self._driven_key:
             dof = self._dof.copy()
             moving = [body for motion in self.motions for body in motion.bodies]
             dof[moving] = len(self._ordered) + np.arange(len(moving))
             self._driven_pattern, self._driven_key = body_pattern(dof, list(pairs), self.size), key
-        pattern = self._driven_pattern
-        force, stiffness, damping = np.zeros(rates.shape), pattern.zeros(), pattern.zeros()
+        sums = BlockSums.zero(self._driven_pattern, at)
         by_rates = [group for group in groups if isinstance(group, ContactGroup)]
         others = [group for group in groups if not isinstance(group, ContactGroup)]
         for contacts in by_rates:
-            contacts.add_linearised(t, poses, rates, pattern, force, stiffness, damping, past)
+            contacts.add_linearised(at, sums)
         if by_rates and turned is not None:
-            multiply_block_diagonal(damping, turned, pattern.indices)
+            multiply_block_diagonal(sums.damping, turned, sums.pattern.indices)
         for group in others:
-            group.add_linearised(t, poses, rates, pattern, force, stiffness, damping, past)
-        return pattern, stiffness, damping
+            group.add_linearised(at, sums)
+        return sums
 
     @property
     def _stiffness_of_gas(self) -> tuple[LowRank, np.ndarray] | None:
@@ -262,12 +250,11 @@ class SegmentForces(Configuration):
         """See `System`."""
         if not any(group.friction is not None for group in self.contacts):
             return None
-        poses, at_rest = self.place(t, q, None)
-        pattern = self._current_pattern(poses)
-        zeros = np.zeros(at_rest.shape), pattern.zeros(), pattern.zeros()
+        at = self.state(t, q, None)
+        sums = BlockSums.zero(self._current_pattern(at.poses), at)
         for contacts in self.contacts:
-            contacts.add_linearised(t, poses, at_rest, pattern, np.zeros(at_rest.shape), pattern.zeros(), zeros[2], None)
-        return self._assembled(t, q, None, None, pattern, zeros, None).damping
+            contacts.add_linearised(at, sums)
+        return self._assembled(t, q, None, None, sums, None).damping
 
     def driven_arrays(self) -> Driven:
         """Driven bodies, for kernels."""
@@ -424,11 +411,8 @@ class SegmentForces(Configuration):
         """See `MixedSystem`."""
         if not depths:
             return depths
-        poses, rates = self.place(t, q, u, before)
-        change, past = self.change(dx), self.past(t, before)
-        return tuple(
-            group.press(t, poses, rates, change, past, own) for group, own in zip(self.contacts, depths, strict=True)
-        )
+        at, change = self.state(t, q, u, before), self.change(dx)
+        return tuple(group.press(at, change, own) for group, own in zip(self.contacts, depths, strict=True))
 
     def efforts(
         self, t: float, q: np.ndarray, before: PreviousState | None = None, dx: np.ndarray | None = None
@@ -451,16 +435,14 @@ class SegmentForces(Configuration):
         efforts: np.ndarray | None = None,
         depths: tuple[ContactDepths, ...] | None = None,
     ) -> Linearised:
-        poses, rates = self.place(t, q, u, before)
-        past = self.past(t, before)
-        pattern = self._current_pattern(poses)
-        force, stiffness, damping = np.zeros(rates.shape), pattern.zeros(), pattern.zeros()
-        sums = force, stiffness, damping
+        at = self.state(t, q, u, before)
+        sums = BlockSums.zero(self._current_pattern(at.poses), at)
+        pattern, damping = sums.pattern, sums.damping
         for k, contacts in enumerate(self.contacts):
-            contacts.add_linearised(t, poses, rates, pattern, *sums, past, None if depths is None else depths[k])
+            contacts.add_linearised(at, sums, None if depths is None else depths[k])
         if self.spatial and u is not None:
-            add_gyroscopic(rates, self.bodies.inertia, force)
-            gyroscopic_damping(rates, self.bodies.inertia, *pattern.index, damping)
+            add_gyroscopic(at.rates, self.bodies.inertia, sums.force)
+            gyroscopic_damping(at.rates, self.bodies.inertia, *pattern.index, damping)
         # these groups use increments over the time as rates; the other groups use the deformations of the last state
         turned = self._turned(q, u, before)
         if turned is not None:
@@ -470,12 +452,12 @@ class SegmentForces(Configuration):
         for springs in self._springs:
             last = first + springs.rest.size
             own = None if efforts is None else efforts[first:last].reshape(springs.rest.shape)
-            springs.add_linearised(t, poses, rates, pattern, *sums, past, own)
+            springs.add_linearised(at, sums, own)
             first = last
         for group in self._others:
-            group.add_linearised(t, poses, rates, pattern, *sums, past)
+            group.add_linearised(at, sums)
         others = None if efforts is None else efforts[first:]
-        return self._assembled(t, q, u, before, pattern, sums, by_rates, others)
+        return self._assembled(t, q, u, before, sums, by_rates, others)
 
     def _generalised(
         self,
@@ -501,16 +483,15 @@ class SegmentForces(Configuration):
         q: np.ndarray,
         u: np.ndarray | None,
         before: PreviousState | None,
-        pattern: BodyPattern,
-        sums: tuple[np.ndarray, np.ndarray, np.ndarray],
+        sums: BlockSums,
         by_rates: np.ndarray | None,
         efforts: np.ndarray | None = None,
     ) -> Linearised:
-        """Equations from the sums (force, K, D) of all bodies.
+        """Equations from the sums of all bodies.
 
         `by_rates` is the part of D that acts on velocities. `efforts` are the efforts of elements that are not springs.
         """
-        force, stiffness, damping = sums
+        pattern, force, stiffness, damping = sums
         return Linearised(
             gather_free(self.bodies.free, force), BlockMatrix(pattern, stiffness), BlockMatrix(pattern, damping)
         )
@@ -527,6 +508,10 @@ class SegmentForces(Configuration):
                 force[k] += float(twist @ reactions[body])
         return DriveState(self._travels(t).copy(), force)
 
+    def state(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> BodyState:
+        """State of all bodies; arguments as in `place`."""
+        return BodyState(t, *self.place(t, q, u, before), self.past(t, before))
+
     def past(self, t: float, before: PreviousState | None) -> PreviousPoses | None:
         """Poses of the last state (cached), or None if no force depends on them."""
         if before is None or not self._looks_back:
@@ -536,12 +521,12 @@ class SegmentForces(Configuration):
             self._last_before, self._last_poses = before, self.place(*before, None)[0]
         return PreviousPoses(self._last_poses, t - before[0])
 
-    def _all_forces(self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None) -> np.ndarray:
-        force = np.zeros(rates.shape)
+    def _all_forces(self, at: BodyState) -> np.ndarray:
+        force = np.zeros(at.rates.shape)
         for group in self.groups:
-            group.add_force(t, poses, rates, force, past)
-        if self.spatial and rates is not self.at_rest:
-            add_gyroscopic(rates, self.bodies.inertia, force)
+            group.add_force(at, force)
+        if self.spatial and at.rates is not self.at_rest:
+            add_gyroscopic(at.rates, self.bodies.inertia, force)
         return force
 
     def compiled_pattern(self, contacts: Sequence[np.ndarray]) -> BodyPattern:

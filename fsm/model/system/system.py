@@ -23,7 +23,7 @@ from fsm.kernels.newton_euler import (
 from fsm.kernels.pointers import enter
 from fsm.model.bodies.configuration import Bodies
 from fsm.model.bodies.drive import PrescribedMotion
-from fsm.model.bodies.group import Group, PreviousPoses
+from fsm.model.bodies.group import BodyState, Group
 from fsm.model.bodies.loads import LoadGroup
 from fsm.model.bodies.pattern import BodyPattern
 from fsm.model.contact.contacts import ContactGroup
@@ -157,14 +157,13 @@ class SegmentSystem(SegmentForces):
         If `contacts` is true, only contacts count; if false, all forces except contacts. Other arguments as in
         `System.force`.
         """
-        poses, rates = self.place(t, q, u, before)
-        past = self.past(t, before)
-        forces = np.zeros(rates.shape)
+        at = self.state(t, q, u, before)
+        forces = np.zeros(at.rates.shape)
         for group in self.groups:
             if contacts is None or contacts == isinstance(group, ContactGroup):
-                group.add_force(t, poses, rates, forces, past)
+                group.add_force(at, forces)
         if self.spatial and u is not None and not contacts:
-            add_gyroscopic(rates, self.bodies.inertia, forces)
+            add_gyroscopic(at.rates, self.bodies.inertia, forces)
         reactions = np.asarray(support_reactions(forces, self._ordered))
         return self._generalised(t, q, u, before, forces, not contacts), self.drive_state(t, reactions).force
 
@@ -172,11 +171,10 @@ class SegmentSystem(SegmentForces):
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
     ) -> np.ndarray:
         """d(reaction)/dx of every drive, (n_drives, nu); with `before`, the last state is kept constant."""
-        poses, rates = self.place(t, q, u, before)
+        at = self.state(t, q, u, before)
         driven = [body for motion in self.motions for body in motion.bodies]
-        groups = tuple(group for group in self.groups if np.isin(group.pairs(poses)[0], driven).any())
-        turned = self._turned(q, u, before)
-        pattern, stiffness, damping = self._with_driven(t, poses, rates, groups, self.past(t, before), turned)
+        groups = tuple(group for group in self.groups if np.isin(group.pairs(at.poses)[0], driven).any())
+        pattern, _, stiffness, damping = self._with_driven(at, groups, self._turned(q, u, before))
         along = np.zeros((len(self.motions), pattern.order, self.size))
         for row, motion in zip(along, self.motions, strict=True):
             row[pattern.dof[motion.bodies], : len(motion.direction)] = motion.direction
@@ -202,7 +200,7 @@ class SegmentSystem(SegmentForces):
         few = inside and arrays.interval[LOOPS] == 0.0
         known = model.equations.factorise
         enter(known, close_openings, model, float(t), q, u, few)
-        arrays.force[:] = self._all_forces(t, *self.place(t, q, u))
+        arrays.force[:] = self._all_forces(self.state(t, q, u))
         return bool(enter(known, find_multipliers, model, float(t), rate, few))
 
     def without_locks(self) -> SegmentSystem:
@@ -318,26 +316,24 @@ class SegmentSystem(SegmentForces):
 
     def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Energy:
         """See `System`."""
-        poses, rates = self.place(t, q, u, before)
-        past = self.past(t, before)
-        return self._energy(t, poses, rates, self._reactions(t, poses, rates, past), past)
+        at = self.state(t, q, u, before)
+        return self._energy(at, self._reactions(at))
 
     def reactions(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> np.ndarray:
         """See `System`."""
-        reactions = self._reactions(t, *self.place(t, q, u, before), self.past(t, before))
+        reactions = self._reactions(self.state(t, q, u, before))
         if u is not None and before is None:
             self._accelerate(t, reactions)
         return reactions
 
     def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Observation:
         """See `System`."""
-        poses, rates = self.place(t, q, u, before)
-        past = self.past(t, before)
-        reactions = self._reactions(t, poses, rates, past)
-        energy = self._energy(t, poses, rates, reactions, past)
+        at = self.state(t, q, u, before)
+        reactions = self._reactions(at)
+        energy = self._energy(at, reactions)
         if u is not None and before is None:
             self._accelerate(t, reactions)
-        pairs = self.contacts.observe(t, poses, rates, past, len(self.pair_names))
+        pairs = self.contacts.observe(at, len(self.pair_names))
         moment = largest_moment(reactions) / self.arm if self.locking else 0.0
         largest = max(float(largest_force(reactions)), float(moment), self.largest_multiplier())
         return Observation(self.drive_state(t, reactions), energy, largest, pairs)
@@ -348,11 +344,10 @@ class SegmentSystem(SegmentForces):
         """See `System`."""
         if not self.contacts and not self._sliding:
             return
-        poses, rates = self.place(t, q, u, before)
-        if self.contacts:
-            self.contacts.commit(t, poses, rates, self.past(t, before))
+        at = self.state(t, q, u, before)
+        self.contacts.commit(at)
         for group in self._sliding:
-            group.commit(t, poses, rates)
+            group.commit(at)
 
     def memory(self) -> np.ndarray:
         """See `System`: memory of contacts, then of creases."""
@@ -394,7 +389,7 @@ class SegmentSystem(SegmentForces):
         """See `System`."""
         found = None
         if self._contacts:
-            found = self.contacts.rejection(t, *self.place(t, q, u), None if u is None else step, self.pair_names)
+            found = self.contacts.rejection(self.state(t, q, u), None if u is None else step, self.pair_names)
         if found is not None or u is None:
             return found
         part = self.part_before_event(t, q, u, step)
@@ -403,22 +398,22 @@ class SegmentSystem(SegmentForces):
     def part_before_event(self, t: float, q: np.ndarray, u: np.ndarray, step: float) -> float:
         """See `System`: events of elements."""
         elements = [group for group in self.groups if isinstance(group, ElementGroup) and group.has_events]
-        return min((group.part_of_step(t, *self.place(t, q, u), step) for group in elements), default=2.0)
+        return min((group.part_of_step(self.state(t, q, u), step) for group in elements), default=2.0)
 
     def longest_step(self, t: float, q: np.ndarray, u: np.ndarray) -> float:
         """See `System`: limit from impacts."""
         if not any(group.resolves for group in self.contacts):
             return math.inf
-        return self.contacts.longest_step(t, *self.place(t, q, u))
+        return self.contacts.longest_step(self.state(t, q, u))
 
     def contact_force(self, t: float, q: np.ndarray) -> float:
         """See `System`."""
         if not self._contacts:
             return 0.0
-        poses, rates = self.place(t, q, None)
-        forces = np.zeros(rates.shape)
+        at = self.state(t, q, None)
+        forces = np.zeros(at.rates.shape)
         for contacts in self.contacts:
-            contacts.add_force(t, poses, rates, forces)
+            contacts.add_force(at, forces)
         return float(largest_force(forces))
 
     def max_joint_opening(self, t: float, q: np.ndarray) -> tuple[float, str]:
@@ -430,9 +425,9 @@ class SegmentSystem(SegmentForces):
 
     # parts ------------------------------------------------------------------------------------------------------------
 
-    def _reactions(self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None) -> np.ndarray:
+    def _reactions(self, at: BodyState) -> np.ndarray:
         """Reactions of held and driven bodies, without the inertial forces of driven bodies."""
-        return np.asarray(support_reactions(self._all_forces(t, poses, rates, past), self._ordered))
+        return np.asarray(support_reactions(self._all_forces(at), self._ordered))
 
     def _accelerate(self, t: float, reactions: np.ndarray) -> None:
         """Add the inertial forces of driven bodies (dynamics only)."""
@@ -446,22 +441,20 @@ class SegmentSystem(SegmentForces):
                 for body in motion.bodies:
                     shift_body(reactions, body, self.bodies.inertia[body, :n] * motion.direction, acceleration)
 
-    def _energy(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, reactions: np.ndarray, past: PreviousPoses | None = None
-    ) -> Energy:
+    def _energy(self, at: BodyState, reactions: np.ndarray) -> Energy:
         potential: dict[str, float] = {}
         dissipated = power = sliding = 0.0
         for group in self.groups:
-            stored, lost, gained = group.energy(t, poses, rates, past)
+            stored, lost, gained = group.energy(at)
             for name, value in stored.items():
                 potential[name] = potential.get(name, 0.0) + value
             dissipated += lost
             power += gained
             sliding += lost if any(group is one for one in self._sliding) else 0.0
-        pair_power = self.contacts.pair_power(t, poses, rates, past, len(self.pair_names))
+        pair_power = self.contacts.pair_power(at, len(self.pair_names))
         if self.bristles:  # bristles also resist at zero speed
             sliding += float(pair_power[0].sum())
-        kinetic, driving, driven = motion_energy(self.bodies.inertia, rates, reactions, self.driven)
+        kinetic, driving, driven = motion_energy(self.bodies.inertia, at.rates, reactions, self.driven)
         if self.turns is not None:
-            driven += self.turns.kinetic(self.bodies.inertia, rates)
+            driven += self.turns.kinetic(self.bodies.inertia, at.rates)
         return Energy(kinetic, potential, dissipated, power + driving, pair_power, sliding, driven, power)
