@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fsm.kernels.blocks import LowRank
 from fsm.model.bodies.pattern import BodyPattern
 
 
@@ -75,6 +76,17 @@ class Group(ABC):
     @abstractmethod
     def energy(self, at: BodyState) -> tuple[dict[str, float], float, float]:
         """Potential energy by category (J), dissipated power (W), input power (W)."""
+
+    @property
+    def low_rank(self) -> LowRank | None:
+        """Part of -dh/dx at the last tangent that joins all bodies, with vectors (k, n_bodies, 3 or 6), flat; by default
+        none.
+        """
+        return None
+
+    def load_displacements(self, start: BodyState, end: BodyState) -> dict[str, tuple[float, float]]:
+        """Loads of the group, see `SegmentSystem.load_displacements`; by default none."""
+        return {}
 
     def break_times(self) -> set[float]:
         """Times at which a function of time of the group is not smooth, s; by default none."""

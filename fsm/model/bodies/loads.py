@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -121,6 +122,22 @@ class LoadGroup(Group):
         """See `Group`."""
         self.add_force(at, sums.force)
         add_applied_stiffness(at.poses, *self.arrays, self._factors(at.t), self.slots(sums.pattern), sums.stiffness)
+
+    def load_displacements(self, start: BodyState, end: BodyState) -> dict[str, tuple[float, float]]:
+        """See `Group`; the parts of a load on several vertices or along an edge are one load, whose displacement is the mean
+        over the parts, weighted by their sizes. A name that occurs again gets a number.
+        """
+        parts, occurred = dict[str, list[tuple[float, float, float]]](), Counter[str]()
+        for load in self.loads:
+            occurred[load.name] += 1
+            number = f"#{occurred[load.name]}" if occurred[load.name] > 1 else ""
+            part = load.size(end.t), load.moved(start.poses[load.body], end.poses[load.body]), load.full_size
+            parts.setdefault(load.called + number, []).append(part)
+        found = {}
+        for name, of in parts.items():
+            size, way, weight = np.array(of).T
+            found[name] = float(size.sum()), float(way @ weight / weight.sum()) if weight.any() else float(way.mean())
+        return found
 
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
         """See `Group`."""

@@ -25,7 +25,7 @@ from fsm.model.faults.check_scene import check_scene
 from fsm.model.joined.chambers import Chambers, OrificeArea, Surface
 from fsm.model.joined.drawn_lines import DrawnLines
 from fsm.model.joined.frames import FramePoint, Frames, frame_maps
-from fsm.model.joined.panel_gas import PanelGas, PanelGasSystem
+from fsm.model.joined.panel_gas import PanelGas
 from fsm.model.joined.system import JoinedSystem
 from fsm.model.nodes.facets.folds import BETWEEN_POINTS, FoldGroup
 from fsm.model.nodes.facets.pressure import PressedFaces
@@ -146,7 +146,7 @@ def _panels_with_gas(scene: Scene, panels: PanelSurface) -> SegmentSystem:
     bodies, motions, groups, contacts, names = compiler.parts()
     rows = np.array([compiler.index[name] for name in panels.bodies], dtype=np.int64)
     gas = PanelGas(chambers, rows, np.ascontiguousarray(panels.points), len(bodies.names))
-    return compiler.switched(PanelGasSystem(bodies, motions, (*groups, gas), contacts, names))
+    return compiler.switched(SegmentSystem(bodies, motions, (*groups, gas), contacts, names))
 
 
 @dataclass(frozen=True)

@@ -490,12 +490,6 @@ def _renew_at(own: np.ndarray, nodes: np.ndarray, t: float, q: np.ndarray) -> No
 
 
 @kernel
-def _accept_at(own: np.ndarray, nodes: np.ndarray, t: float, q: np.ndarray) -> None:
-    put_array(nodes, 0, q)
-    accept_chambers(own, nodes, t)
-
-
-@kernel
 def _energies_at(own: np.ndarray, nodes: np.ndarray, t: float, q: np.ndarray) -> np.ndarray:
     put_array(nodes, 0, q)
     c = renewed(own, nodes, t)
@@ -533,7 +527,7 @@ class Chambers(ElementGroup):
 
     name = "gas"
     kernels = (_force, _tangent, _stored, _lost, _put_in)
-    accept = _accept
+    accept = staticmethod(_accept)
 
     def __init__(
         self, gases: tuple[Gas, ...], surfaces: tuple[Surface, ...], areas: tuple[OrificeArea, ...], start: np.ndarray
@@ -607,10 +601,6 @@ class Chambers(ElementGroup):
             yield float(np.nan_to_num(stiffness)), gradient
 
     # memory -----------------------------------------------------------------------------------------------------------
-
-    def commit(self, t: float, q: np.ndarray) -> None:
-        """See `ElementGroup`."""
-        _accept_at(self._own, self._nodes, float(t), q)
 
     @property
     def remembered(self) -> int:

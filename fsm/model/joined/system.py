@@ -275,12 +275,10 @@ class JoinedSystem(JoinedConfiguration):
         own = force[self._nu :]
         first = 0
         for group, slots in zip((*self.elements.mesh.groups, *self._pressing), self._slots, strict=True):
-            if efforts is not None and isinstance(group, FacetGroup):
-                last = first + group.effort_count
-                group.add_linearised(here, rates, slots, own, stiffness, damping, efforts[first:last])
-                first = last
-            else:
-                group.add_linearised(here, rates, slots, own, stiffness, damping)
+            if isinstance(group, FacetGroup):
+                group.give_efforts(None if efforts is None else efforts[first : first + group.effort_count])
+                first += group.effort_count
+            group.add_linearised(here, rates, slots, own, stiffness, damping)
         self.elements.add_loads(t, rates, own)
         fold_forces(wrenches[self._ordered], self._first, self._rows, members, force)
         own[:] = self.elements.free_forces(nodes, own)
@@ -295,7 +293,7 @@ class JoinedSystem(JoinedConfiguration):
         return () if self.chambers is None else (self.chambers.name,)
 
     @property
-    def _stiffness_of_gas(self) -> tuple[LowRank, np.ndarray] | None:
+    def _changing(self) -> tuple[LowRank, np.ndarray] | None:
         """See `SegmentForces`."""
         if self.chambers is None:
             return None
@@ -313,7 +311,7 @@ class JoinedSystem(JoinedConfiguration):
     def efforts(
         self, t: float, q: np.ndarray, before: PreviousState | None = None, dx: np.ndarray | None = None
     ) -> np.ndarray:
-        """See `MixedSystem`; efforts of springs, then membrane efforts of flexible facets."""
+        """See `System`; efforts of springs, then membrane efforts of flexible facets."""
         of_springs = super().efforts(t, q, before, dx)
         here, _ = self.elements.place(t, q[self._nq :], None)
         moved = None

@@ -70,7 +70,7 @@ class _Alone:
         self.before: PreviousState | None = None
         self._slots: np.ndarray | None = None
         self._use(np.zeros((0, *group.vectors.shape[1:] * 2), dtype=np.int64))
-        self._addresses = dict[int, int]()
+        self._addresses = dict[Any, int]()
 
     def _use(self, slots: np.ndarray) -> None:
         if self._slots is not slots:
@@ -86,10 +86,16 @@ class _Alone:
             self._use(slots)
         moving, rates, last = (0.0, q, q) if u is None else (1.0, u, q if self.before is None else self.before[1])
         moving = moving if column < at.PUT_IN_AT else 0.0
-        if column not in self._addresses:
-            self._addresses[column] = address_of(self.group.kernels[column], self.table, self.own, 0.0)
-        address = self._addresses[column]
-        return float(_call(address, self.table, self.own, moving, q, rates, force, stiffness, damping, last))
+        return self._run(self.group.kernels[column], moving, q, rates, force, stiffness, damping, last)
+
+    def accept(self, t: float, q: np.ndarray) -> None:
+        """Call the kernel that accepts a state."""
+        self._run(self.group.accept, t, q, q, q, _NO_BLOCKS, _NO_BLOCKS, q)
+
+    def _run(self, function: Any, number: float, *arrays: np.ndarray) -> float:
+        if function not in self._addresses:
+            self._addresses[function] = address_of(function, self.table, self.own, 0.0)
+        return float(_call(self._addresses[function], self.table, self.own, float(number), *arrays))
 
 
 class ElementGroup(ABC):
@@ -174,6 +180,10 @@ class ElementGroup(ABC):
         """Power that the elements put into the system, W."""
         return self._alone.call(at.PUT_IN_AT, q, u, q) if len(self.kernels) > at.PUT_IN_AT else 0.0
 
+    def slid(self, q: np.ndarray, u: np.ndarray) -> float:
+        """Power that the memory of the elements dissipates, W."""
+        return self._alone.call(at.SLID_AT, q, u, q) if len(self.kernels) > at.SLID_AT else 0.0
+
     @property
     def low_rank(self) -> LowRank | None:
         """Part of -dh/dq at the last tangent that is not in block data; by default none."""
@@ -191,7 +201,8 @@ class ElementGroup(ABC):
 
     def commit(self, t: float, q: np.ndarray) -> None:
         """Change the memory at an accepted state."""
-        return
+        if self.accept is not None:
+            self._alone.accept(t, q)
 
     @property
     def remembered(self) -> int:

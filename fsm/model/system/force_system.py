@@ -57,6 +57,7 @@ class SegmentForces(Configuration):
     """Forces, stiffness, damping and mass of finite segments; see `SegmentSystem`."""
 
     _statics: NewerMemory | None = None
+    mixed = True
 
     def __init__(
         self,
@@ -191,6 +192,9 @@ class SegmentForces(Configuration):
             moving = self._body_rates(np.zeros(self.n_free * self.size), t)
             speeds[pattern.dof[self.driven]] = moving[self.driven]
             change = self._folded(q, -BlockMatrix(pattern, stiffness).times(speeds.ravel())) + change
+            if self._of_all is not None:
+                vectors, weights, free = self._on_all_bodies()
+                change -= (weights @ (vectors @ moving.ravel())) @ free
         return np.asarray(change)
 
     def _with_driven(self, at: BodyState, groups: tuple[Group, ...], turned: np.ndarray | None = None) -> BlockSums:
@@ -213,17 +217,31 @@ class SegmentForces(Configuration):
             group.add_linearised(at, sums)
         return sums
 
+    @cached_property
+    def _of_all(self) -> Group | None:
+        """Group with a stiffness of low rank, which joins all bodies."""
+        return next((group for group in self._groups if group.low_rank is not None), None)
+
     @property
-    def _stiffness_of_gas(self) -> tuple[LowRank, np.ndarray] | None:
+    def _changing(self) -> tuple[LowRank, np.ndarray] | None:
         """Stiffness of low rank at the last tangent, whose arrays change in place, and column of its vectors of each
-        coordinate (nu,), or -1; None without gas.
+        coordinate (nu,), or -1; None without any.
         """
-        return None
+        found = None if self._of_all is None else self._of_all.low_rank
+        if found is None:
+            return None
+        return found, (self.size * self.bodies.free[:, None] + np.arange(self.size)).ravel()
+
+    def _on_all_bodies(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Vectors (k, n_bodies * size) of this stiffness, weights, and vectors (k, nu) of the free bodies."""
+        assert self._changing is not None
+        low_rank, free = self._changing
+        return low_rank.vectors, low_rank.weights, low_rank.vectors[:, free]
 
     @property
     def low_rank(self) -> LowRank | None:
         """Stiffness of low rank at the last tangent."""
-        found = self._stiffness_of_gas
+        found = self._changing
         if found is None:
             return None
         (changing, columns) = found
@@ -232,7 +250,7 @@ class SegmentForces(Configuration):
 
     def low_rank_table(self) -> np.ndarray | None:
         """Table of this stiffness for compiled models."""
-        found = self._stiffness_of_gas
+        found = self._changing
         if found is None:
             return None
         from fsm.kernels.low_rank import LowRankEquations  # imports the kernels of all steps
@@ -377,11 +395,11 @@ class SegmentForces(Configuration):
         efforts: np.ndarray,
         depths: tuple[ContactDepths, ...],
     ) -> Linearised:
-        """See `MixedSystem`."""
+        """See `System`."""
         return self._linearised(t, q, u, before, efforts, depths)
 
     def take_up(self, efforts: np.ndarray, task: int) -> float:
-        """See `MixedSystem`."""
+        """See `System`."""
         first, found = 0, 0.0
         for springs in self._springs:
             last = first + springs.rest.size
@@ -396,7 +414,7 @@ class SegmentForces(Configuration):
             own.restore(given.memory_of.copy())
 
     def depths(self, most: float) -> tuple[ContactDepths, ...]:
-        """See `MixedSystem`."""
+        """See `System`."""
         return tuple(group.pressed(most) for group in self.contacts)
 
     def advance_depths(
@@ -408,7 +426,7 @@ class SegmentForces(Configuration):
         dx: np.ndarray,
         depths: tuple[ContactDepths, ...],
     ) -> tuple[ContactDepths, ...]:
-        """See `MixedSystem`."""
+        """See `System`."""
         if not depths:
             return depths
         at, change = self.state(t, q, u, before), self.change(dx)
@@ -417,7 +435,7 @@ class SegmentForces(Configuration):
     def efforts(
         self, t: float, q: np.ndarray, before: PreviousState | None = None, dx: np.ndarray | None = None
     ) -> np.ndarray:
-        """See `MixedSystem`."""
+        """See `System`."""
         poses, at_rest = self.place(t, q, None)
         change = at_rest if dx is None else self.change(dx)
         past = self.past(t, before)
@@ -492,9 +510,8 @@ class SegmentForces(Configuration):
         `by_rates` is the part of D that acts on velocities. `efforts` are the efforts of elements that are not springs.
         """
         pattern, force, stiffness, damping = sums
-        return Linearised(
-            gather_free(self.bodies.free, force), BlockMatrix(pattern, stiffness), BlockMatrix(pattern, damping)
-        )
+        tangent = BlockMatrix(pattern, stiffness, self.low_rank)
+        return Linearised(gather_free(self.bodies.free, force), tangent, BlockMatrix(pattern, damping))
 
     def _turned(self, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None) -> np.ndarray | None:
         """Derivative of increments since the last state with respect to further rotations; None for the identity."""

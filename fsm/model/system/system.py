@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -24,7 +23,6 @@ from fsm.kernels.pointers import enter
 from fsm.model.bodies.configuration import Bodies
 from fsm.model.bodies.drive import PrescribedMotion
 from fsm.model.bodies.group import BodyState, Group
-from fsm.model.bodies.loads import LoadGroup
 from fsm.model.bodies.pattern import BodyPattern
 from fsm.model.contact.contacts import ContactGroup
 from fsm.model.contact.shapes.shape_contacts import ShapeContacts
@@ -92,23 +90,12 @@ class SegmentSystem(SegmentForces):
         """Size (N, N m) of every load at the end of a path, and displacement (m, rad) of its point along the load, by
         name.
 
-        `start` and `end` are times (s) and configurations. The parts of a load on several vertices or along an edge are
-        one load. The load's displacement is the mean over the parts, weighted by their sizes. A name that occurs again gets
-        a number.
+        `start` and `end` are times (s) and configurations.
         """
-        first = self.place(*start, None)[0].copy()
-        (t, q), parts = end, dict[str, list[tuple[float, float, float]]]()
-        poses, _ = self.place(t, q, None)
-        occurred = Counter[str]()
-        for load in (load for group in self.groups if isinstance(group, LoadGroup) for load in group.loads):
-            occurred[load.name] += 1
-            number = f"#{occurred[load.name]}" if occurred[load.name] > 1 else ""
-            part = load.size(t), load.moved(first[load.body], poses[load.body]), load.full_size
-            parts.setdefault(load.called + number, []).append(part)
-        found = {}
-        for name, of in parts.items():
-            size, way, weight = np.array(of).T
-            found[name] = float(size.sum()), float(way @ weight / weight.sum()) if weight.any() else float(way.mean())
+        first, last = (BodyState(t, self.place(t, q, None)[0].copy(), self.at_rest) for t, q in (start, end))
+        found = dict[str, tuple[float, float]]()
+        for group in self.groups:
+            found |= group.load_displacements(first, last)
         return found
 
     # protocol: configuration ------------------------------------------------------------------------------------------
@@ -173,19 +160,27 @@ class SegmentSystem(SegmentForces):
         """d(reaction)/dx of every drive, (n_drives, nu); with `before`, the last state is kept constant."""
         at = self.state(t, q, u, before)
         driven = [body for motion in self.motions for body in motion.bodies]
-        groups = tuple(group for group in self.groups if np.isin(group.pairs(at.poses)[0], driven).any())
+        groups = tuple(
+            group for group in self.groups if group is self._of_all or np.isin(group.pairs(at.poses)[0], driven).any()
+        )
         pattern, _, stiffness, damping = self._with_driven(at, groups, self._turned(q, u, before))
-        along = np.zeros((len(self.motions), pattern.order, self.size))
-        for row, motion in zip(along, self.motions, strict=True):
-            row[pattern.dof[motion.bodies], : len(motion.direction)] = motion.direction
+        whole = np.zeros((len(self.motions), *self.at_rest.shape))
+        for row, motion in zip(whole, self.motions, strict=True):
+            row[motion.bodies, : len(motion.direction)] = motion.direction
         if self.turns is not None:
             for k, body, twist in self.turns.twists(self._travels(t)):
-                along[k, pattern.dof[body]] = twist
+                whole[k, body] = twist
+        along = np.zeros((len(self.motions), pattern.order, self.size))
+        along[:, pattern.dof[driven]] = whole[:, driven]
         pull = along.reshape(len(self.motions), -1).T
         tangent = np.asarray(BlockMatrix(pattern, stiffness).bsr().T @ pull).T
         if before is not None and self.rate_dependent:
             tangent += np.asarray(BlockMatrix(pattern, damping).bsr().T @ pull).T / (t - before[0])
-        return np.array([self._folded(q, row) for row in tangent]).reshape(len(tangent), self.nu)
+        found = np.array([self._folded(q, row) for row in tangent]).reshape(len(tangent), self.nu)
+        if self._of_all is not None:
+            vectors, weights, free = self._on_all_bodies()
+            found += whole.reshape(len(whole), -1) @ vectors.T @ weights @ free
+        return found
 
     # protocol: locked directions --------------------------------------------------------------------------------------
 
@@ -246,7 +241,7 @@ class SegmentSystem(SegmentForces):
     # protocol: observation --------------------------------------------------------------------------------------------
 
     def arrays(self, ready: Ready) -> ArrayModel | None:
-        """See `ArraySystem`."""
+        """See `System`."""
         further_forces = type(self).force is not SegmentSystem.force and type(self)._arrays_of is SegmentSystem._arrays_of
         if further_forces or self.in_python.motion or self.large_contacts() or not self.nu:
             return None
@@ -283,7 +278,7 @@ class SegmentSystem(SegmentForces):
         return arrays_of(self, pattern, ready, contacts)
 
     def static_arrays(self, ready: Ready) -> StaticSegments | None:
-        """See `ArrayStaticSystem`."""
+        """See `System`."""
         if self._statics is None:
             if self.in_python.of("static") or self.large_contacts() or not self.nu:
                 return None

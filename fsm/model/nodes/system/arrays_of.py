@@ -120,7 +120,7 @@ def coordinates_of(
         all_kernels = (*group.kernels, *(_none,) * (len(row) - len(group.kernels)))
         row[:] = [Pointer(one, table, tables[-1], 0.0).address for one in all_kernels]
     accepting, accept_tables = [], []
-    accepted = [(group.accept, group.table) for group in further if group.accept is not None]
+    accepted = [(group.accept, group.table) for group in groups if group.accept is not None]
     for one, held in (*system.accepting(), *accepted):
         flat += held
         accept_tables.append(address_table(held))

@@ -12,8 +12,6 @@ from scipy.sparse.linalg import splu
 
 from fsm.kernels.blocks import BlockMatrix, BlockPattern
 from fsm.model.nodes.assembly import slots_of
-from fsm.model.nodes.facets.array_folds import commit_folds, fold_table
-from fsm.model.nodes.facets.folds import FoldGroup
 from fsm.model.nodes.loading import Loading
 from fsm.model.nodes.matrices import clear_held, mass_data
 from fsm.model.nodes.mesh import Mesh
@@ -40,7 +38,7 @@ class MovingMesh(System):
             self.fixed[motion.coordinates] = True
         self.rate[self.fixed] = 0.0
         self.rate_dependent = self.loading.mass_damping > 0.0 or any(group.rate_dependent for group in mesh.groups)
-        self._folds = [group for group in mesh.groups if isinstance(group, FoldGroup)]
+        self._with_memory = [group for group in mesh.groups if group.accept is not None]
         self.slots = [
             slots_of(np.ascontiguousarray(group.vectors), mesh.size, self.pattern.indptr, self.pattern.indices)
             for group in mesh.groups
@@ -77,13 +75,12 @@ class MovingMesh(System):
 
     def peak_times(self) -> list[float]:
         """See `System`: ends and middles of the pieces of all functions of time, of loads and of rest angles."""
-        folds = (group.laws.time.breaks() for group in self.mesh.groups if isinstance(group, FoldGroup))
-        times = sorted({*self.loading.breaks, *(time for found in folds for time in found)})
+        times = sorted({*self.loading.breaks, *(time for group in self.mesh.groups for time in group.break_times())})
         return [*times, *(0.5 * (begin + end) for begin, end in pairwise(times))]
 
     def accepting(self) -> list[tuple[Any, list[np.ndarray]]]:
-        """Kernels that record accepted states in compiled steps, as `commit` does, and their arrays."""
-        return [(commit_folds, fold_table(group.arrays)) for group in self._folds]
+        """Kernels that record accepted states in compiled steps, besides those of groups, and their arrays."""
+        return []
 
     def mass(self, q: np.ndarray) -> sparse.csr_matrix:
         """See `System`; constant."""

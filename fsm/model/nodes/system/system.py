@@ -67,11 +67,11 @@ class AncfSystem(MovingMesh):
         return Scales.of(length, extent, driven, speed, is_position, is_position, free, math.inf, turns, at_rest.work)
 
     def arrays(self, ready: Ready) -> ArrayModel | None:
-        """See `ArraySystem`."""
+        """See `System`."""
         return None if (known := self._known_arrays(ready)) is None else known.model
 
     def arrays_at_rest(self, ready: Ready) -> RestModel | None:
-        """See `ArrayRestSystem`; None for large meshes, whose equations `fsm.solve` solves faster."""
+        """See `System`; None for large meshes, whose equations `fsm.solve` solves faster."""
         if self.pattern.order and ready(self.pattern)[0].large(self.pattern.size):
             return None
         return None if (known := self._known_arrays(ready)) is None else known.at_rest
@@ -161,24 +161,24 @@ class AncfSystem(MovingMesh):
 
     def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: PreviousState | None = None) -> None:
         """See `System`: fold angles, and sliders of creases."""
-        if self._folds:
+        if self._with_memory:
             here, _ = self.place(t, q, None)
-            for group in self._folds:
+            for group in self._with_memory:
                 group.commit(t, here)
 
     def memory(self) -> np.ndarray:
         """See `System`."""
-        return np.concatenate([np.zeros(0), *(group.memory() for group in self._folds)])
+        return np.concatenate([np.zeros(0), *(group.memory() for group in self._with_memory)])
 
     @property
     def remembered(self) -> int:
         """Length of `memory`."""
-        return sum(group.remembered for group in self._folds)
+        return sum(group.remembered for group in self._with_memory)
 
     def restore(self, memory: np.ndarray) -> None:
         """See `System`."""
         first = 0
-        for group in self._folds:
+        for group in self._with_memory:
             group.restore(memory[first : first + group.remembered])
             first += group.remembered
 
@@ -295,17 +295,16 @@ class AncfSystem(MovingMesh):
         return DriveState(np.array(travel), np.array(along))
 
     def _energy(self, t: float, q: np.ndarray, u: np.ndarray | None, reactions: np.ndarray) -> Energy:
-        folds = [group.powers(q, u) for group in self._folds]
         potential = self._potential(q)
         if u is None:
             return Energy(0.0, potential, 0.0, 0.0)
         momentum = self.full_mass_matrix @ u
         dissipated = self.loading.mass_damping * float(u @ momentum)
-        others = (group for group in self.mesh.groups if group.rate_dependent and group not in self._folds)
-        dissipated += sum(group.energy(q, u)[1] for group in others) + sum(fold.dissipated for fold in folds)
+        dissipated += sum(group.energy(q, u)[1] for group in self.mesh.groups if group.rate_dependent)
         power = sum(forcing.time.at(t)[0] * float(forcing.vector @ u) for forcing in self.loading.forcings)
-        power += float(reactions @ u) + sum(fold.load for fold in folds)
-        sliding = sum(fold.sliding for fold in folds)
+        power += float(reactions @ u) + sum(group.put_in(q, u) for group in self.mesh.groups)
+        sliding = sum(group.slid(q, u) for group in self.mesh.groups)
+        dissipated += sliding
         return Energy(0.5 * float(u @ momentum), potential, dissipated, power, sliding_power=sliding)
 
     def _potential(self, q: np.ndarray) -> dict[str, float]:
