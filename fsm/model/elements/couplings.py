@@ -279,11 +279,7 @@ class CouplingGroup(ElementGroup):
     parameters: tuple[Any, ...]
     names: tuple[str, ...]
     categories: tuple[str, ...] = ("panels",)
-
-    @property
-    def kernels(self) -> ElementKernels:
-        """See `ElementGroup`."""
-        return KERNELS
+    kernels = KERNELS
 
     @property
     def last_shape(self) -> tuple[int, ...]:

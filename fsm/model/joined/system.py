@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import sparse
 
+from fsm.builders.patterns.places import facets_named
 from fsm.case.models.loads import Load
 from fsm.kernels.block_lu import fill_in
 from fsm.kernels.blocks import BlockMatrix, BlockPattern, Elimination, LowRank
@@ -24,17 +25,16 @@ from fsm.model.bodies.configuration import Bodies
 from fsm.model.bodies.drive import PrescribedMotion
 from fsm.model.bodies.group import BlockSums, Group
 from fsm.model.bodies.pattern import BodyPattern
+from fsm.model.bodies.time_function import time_function
 from fsm.model.contact.contacts import ContactGroup
 from fsm.model.joined.chambers import Chambers
 from fsm.model.joined.condense import JoinedPattern, add_condensed, add_curvatures, fold_forces, joined_pattern
 from fsm.model.joined.configuration import JoinedConfiguration
 from fsm.model.joined.drawn_lines import DrawnLines
 from fsm.model.joined.frames import Frames
-from fsm.model.joined.pressure import pressure_of
-from fsm.model.joined.records import joined_energy
 from fsm.model.nodes.assembly import slots_of
 from fsm.model.nodes.facets.facet_group import FacetGroup
-from fsm.model.nodes.facets.pressure import PressedFaces
+from fsm.model.nodes.facets.pressure import PressedFaces, PressureGroup
 from fsm.model.nodes.group import ElementGroup
 from fsm.model.nodes.matrices import mass_data, set_held
 from fsm.model.nodes.system.system import AncfSystem
@@ -354,7 +354,7 @@ class JoinedSystem(JoinedConfiguration):
                 of_nodes.potential[group.name] = group.energy(here, None)[0]
             if moving is not None:
                 put_in += group.put_in(here, moving)
-        return joined_energy(bodies, of_nodes, put_in)
+        return bodies.plus(of_nodes, put_in)
 
     # pressures ------------------------------------------------------------------------------------------------------
 
@@ -490,3 +490,10 @@ class JoinedSystem(JoinedConfiguration):
         """See `to_arrays`."""
         self._near = self._array_near.copy()
         return super().from_arrays()
+
+
+def pressure_of(load: Load, faces: PressedFaces) -> PressureGroup:
+    """Pressure of a load on some of the faces of a sheet."""
+    assert load.pressure is not None and isinstance(load.at, str)
+    facets = facets_named(load.at, int(faces.facet.max()) + 1)
+    return PressureGroup(load.called, faces.of(np.array(facets)), load.pressure, time_function(load.time))

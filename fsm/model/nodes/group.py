@@ -10,7 +10,6 @@ steps call them by their addresses, and so do the methods of the group.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -98,7 +97,7 @@ class _Alone:
         return float(_call(self._addresses[function], self.table, self.own, float(number), *arrays))
 
 
-class ElementGroup(ABC):
+class ElementGroup:
     """Batch of elements of one kind; q and u (n,) are all coordinates of the mesh and their rates.
 
     Attributes
@@ -110,24 +109,25 @@ class ElementGroup(ABC):
 
     vectors: np.ndarray
     name: str
+    kernels: tuple[Any, ...]
+    """Kernels of the kind, in the order of the columns of `Coordinates.kernels`."""
+    viscosity: float = 0.0
+    """Kelvin-Voigt time, s."""
+    arrays: Any
+    """Tuple of arrays of the kind."""
     accept: Any = None
     """Kernel that changes the memory at an accepted state, with the arguments of `kernels` and its time; None without
     memory."""
 
     @property
-    @abstractmethod
-    def kernels(self) -> tuple[Any, ...]:
-        """Kernels of the kind, in the order of the columns of `Coordinates.kernels`."""
-
-    @property
-    @abstractmethod
     def table(self) -> list[np.ndarray]:
         """Arrays of the table of the group, without the positions of matrix blocks, which follow."""
+        return list(self.arrays)
 
     @property
     def rate_dependent(self) -> bool:
         """Whether the forces depend on velocities."""
-        return False
+        return self.viscosity > 0.0
 
     def mass(self) -> MassPart:
         """Constant mass matrices; by default no mass."""

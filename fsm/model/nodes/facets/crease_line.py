@@ -47,11 +47,6 @@ class CreaseLineGroup(ElementGroup):
     near: np.ndarray
     viscosity: float = 0.0
     name: str = "creases"
-
-    @property
-    def rate_dependent(self) -> bool:
-        """See `ElementGroup`."""
-        return self.viscosity > 0.0
     kernels = FOLDS
 
     @property

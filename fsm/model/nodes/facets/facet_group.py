@@ -59,11 +59,6 @@ class FacetGroup(ElementGroup):
         return [*own, bend, np.array([self.viscosity]), efforts, np.zeros(1)]
 
     @property
-    def rate_dependent(self) -> bool:
-        """See `ElementGroup`."""
-        return self.viscosity > 0.0
-
-    @property
     def effort_count(self) -> int:
         """Number of membrane efforts."""
         return 15 * len(self.vectors)
