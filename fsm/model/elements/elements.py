@@ -1,7 +1,8 @@
-"""Group of linear springs between two bodies: deformations, laws, and assembly of forces and tangents."""
+"""Groups of springs that each join two bodies: their common part, and linear springs."""
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -30,12 +31,72 @@ from fsm.interactions.bushing_spatial import (
 )
 from fsm.interactions.pose_planar import measure_pose_planar
 from fsm.interactions.pose_spatial import measure_pose_spatial
-from fsm.model.bodies.group import BlockSums, BodyState, PreviousPoses
+from fsm.kernels.scatter import pair_slots
+from fsm.model.bodies.group import BlockSums, BodyState, Group, PreviousPoses
 from fsm.model.bodies.pattern import BodyPattern
-from fsm.model.elements.element_cache import TwoBodyGroup
 from fsm.model.elements.spring_locks import SpringLocks
 
 Kernel = Callable[..., Any]
+
+
+class _Cache:
+    """Results for the last pattern and the last previous state; both are compared by identity."""
+
+    def __init__(self) -> None:
+        self.pattern: BodyPattern | None = None
+        self.slots = np.zeros((0, 4), dtype=np.int64)
+        self.past: np.ndarray | None = None
+        self.before = np.zeros(0)
+
+
+class TwoBodyGroup(Group):
+    """Elements that each join two bodies.
+
+    Attributes
+    ----------
+    bodies : (m, 2) int array
+    geometry : arguments of the kernels after `bodies`
+    rest : (m,) or (m, 3 or 6) array
+        Deformations for use without a past state.
+    """
+
+    bodies: np.ndarray
+    geometry: tuple[np.ndarray, ...]
+    rest: np.ndarray
+
+    @property
+    @abstractmethod
+    def measure(self) -> Callable[..., Any]:
+        """Kernel (poses, rates, bodies, *geometry) -> (deformations, ...)."""
+
+    @cached_property
+    def _cache(self) -> _Cache:
+        return _Cache()
+
+    def _slots(self, pattern: BodyPattern) -> np.ndarray:
+        """Positions of the matrix blocks of every element."""
+        cache = self._cache
+        if cache.pattern is not pattern:
+            cache.slots, cache.pattern = np.asarray(pair_slots(self.bodies, *pattern.index)), pattern
+        return cache.slots
+
+    def _before(self, rates: np.ndarray, past: PreviousPoses | None) -> tuple[np.ndarray, float]:
+        """Previous deformations and the inverse of the elapsed time, 1/s; zero without a past state or dampers."""
+        if past is None or not self.rate_dependent:
+            return self.rest, 0.0
+        cache = self._cache
+        if cache.past is not past.poses:
+            cache.before = np.asarray(self.measure(past.poses, rates, self.bodies, *self.geometry)[0])
+            cache.past = past.poses
+        return cache.before, 1.0 / past.duration
+
+    def deformations_before(self, rates: np.ndarray, past: PreviousPoses | None) -> np.ndarray:
+        """Deformations at a past state; without a past state, deformations at rest."""
+        return self._before(rates, past)[0]
+
+    def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
+        """See `Group`."""
+        return self.bodies, 0
 
 
 class _Kernels(NamedTuple):

@@ -13,7 +13,7 @@ from fsm.interactions.pose_planar import MeasureTangents, measure_pose_planar, t
 from fsm.interactions.pose_spatial import measure_pose_spatial, tangent_pose_spatial
 from fsm.kernels.scatter import scatter_efforts
 from fsm.model.bodies.group import BlockSums, BodyState
-from fsm.model.elements.element_cache import TwoBodyGroup
+from fsm.model.elements.elements import TwoBodyGroup
 
 _IN_PLANE = [0, 2, 4]
 """Indices of the three planar components among the six deformations of an element in space."""

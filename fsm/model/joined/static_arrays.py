@@ -41,7 +41,7 @@ class JoinedStatics(StaticSegments):
     ) -> None:
         self._joined, self._near, self._model_of = system, system.frames_near.copy(), model_of
         super().__init__(system, pattern, ready)
-        self._stored_by.append([*system.elements.energies(0.0, system.elements.start), *system.energies_of_pressing])
+        self._stored_by.append([*system.elements.energies(0.0, system.elements.start)])
 
     def _create(self, pattern: BodyPattern) -> tuple[tuple[Arrays, Arrays], list[ElementArrays]]:
         """See `StaticSegments`; a new pattern has a new model."""

@@ -104,7 +104,7 @@ class ElementGroup:
     ----------
     vectors : (m, v) int array
         First coordinate of each vector of each element.
-    name : name of the energy
+    name : name of the energy; empty without one
     """
 
     vectors: np.ndarray

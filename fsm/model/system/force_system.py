@@ -64,13 +64,13 @@ class SegmentForces(Configuration):
         bodies: Bodies,
         motions: tuple[PrescribedMotion, ...],
         groups: tuple[Group, ...],
-        contacts: tuple[ContactGroup, ...],
         pair_names: tuple[str, ...],
     ) -> None:
         super().__init__(bodies, motions)
-        self._groups, self._contacts = groups, ContactSet(contacts)
+        self._groups = groups
+        self._contacts = ContactSet(group for group in groups if isinstance(group, ContactGroup))
         self.pair_names = pair_names
-        self.fixed_pattern, self.of_vectors = not contacts, False
+        self.fixed_pattern, self.of_vectors = not self._contacts, False
         self.rate_dependent = any(group.rate_dependent for group in groups)
         self._mass = bodies.inertia[bodies.free].ravel()
         self._dof = np.full(len(bodies.names), -1, dtype=np.int64)
@@ -82,7 +82,7 @@ class SegmentForces(Configuration):
         self._sliding = tuple(group for group in groups if isinstance(group, ElementGroup) and len(group.memory_of))
         self.remembers = bool(self._sliding)
         self.locking = tuple(group for group in groups if isinstance(group, ElementGroup) and group.locks)
-        frictions = [group.friction for group in groups if isinstance(group, ContactGroup) and group.friction is not None]
+        frictions = [group.friction for group in self._contacts if group.friction is not None]
         self.bristles = any(friction.law.bristle for friction in frictions)
         # springs without dampers do not depend on the last state
         self._looks_back = self.rate_dependent or groups != (*self._springs, *self._held)

@@ -52,7 +52,6 @@ class SegmentSystem(SegmentForces):
     bodies : Bodies
     motions : prescribed motions
     groups : interactions
-    contacts : the contact groups among them
     pair_names : names of the contact pairs
     """
 
@@ -71,8 +70,7 @@ class SegmentSystem(SegmentForces):
 
         Groups keep their memory.
         """
-        contacts = tuple(group for group in groups if isinstance(group, ContactGroup))
-        return SegmentSystem(bodies, motions, groups, contacts, self.pair_names)
+        return SegmentSystem(bodies, motions, groups, self.pair_names)
 
     def all_states(self, t: float, q: np.ndarray, u: np.ndarray) -> dict[str, np.ndarray]:
         """Poses and rates of all bodies, and coordinates and velocities of nodes. The form is the same in all steps."""

@@ -232,7 +232,7 @@ class PressureGroup(ElementGroup):
     time : factor over time
     """
 
-    name = "pressure"
+    name = ""
     kernels = (_force, _tangent, _nothing, _nothing, _put_in)
 
     def __init__(self, load: str, faces: PressedFaces, pressure: float, time: Program) -> None:

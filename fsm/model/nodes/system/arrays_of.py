@@ -16,7 +16,6 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import Pointer
 from fsm.kernels.programs import table_of
 from fsm.model.nodes.arrays import KINDS_OF_ENERGY, Arrays, Coordinates, Moved, Rows
-from fsm.model.nodes.group import ElementGroup
 from fsm.model.nodes.matrices import set_held
 from fsm.model.nodes.system.array_kernels import AT_REST, KERNELS
 from fsm.solve.interface.records import Ready
@@ -84,13 +83,12 @@ class Matrices(NamedTuple):
 
 
 def coordinates_of(
-    system: AncfSystem, matrices: Matrices, further: tuple[ElementGroup, ...] = (), low_rank: np.ndarray | None = None
+    system: AncfSystem, matrices: Matrices, low_rank: np.ndarray | None = None
 ) -> tuple[Coordinates, list[np.ndarray]]:
-    """Model of the coordinates of a system, and all arrays whose addresses the model contains.
-
-    `further` are groups besides those of the mesh, and `low_rank` is the table of a part of low rank.
+    """Model of the coordinates of a system, and all arrays whose addresses the model contains; `low_rank` is the table of a
+    part of low rank.
     """
-    groups = (*system.mesh.groups, *further)
+    groups = system.groups
     pattern, known, factors, fixed, mass, full_mass, all_slots = matrices
     loading, n = system.loading, system.nu
     p = pattern_arrays(pattern, known)

@@ -9,7 +9,9 @@ With `before` (quasi-statics), velocities are mean velocities since that state, 
 
 from __future__ import annotations
 
+import copy
 import math
+from collections.abc import Sequence
 from functools import cached_property
 from itertools import pairwise
 from typing import Any
@@ -22,6 +24,7 @@ from fsm.kernels.blocks import BlockMatrix, BlockPattern
 from fsm.model.nodes.assembly import slots_of
 from fsm.model.nodes.cable import CableGroup
 from fsm.model.nodes.films.film import MembraneGroup
+from fsm.model.nodes.group import ElementGroup
 from fsm.model.nodes.loading import Loading
 from fsm.model.nodes.matrices import clear_held, mass_data
 from fsm.model.nodes.mesh import Mesh
@@ -66,7 +69,7 @@ class AncfSystem(System):
             self.fixed[motion.coordinates] = True
         self.rate[self.fixed] = 0.0
         self.rate_dependent = self.loading.mass_damping > 0.0 or any(group.rate_dependent for group in mesh.groups)
-        self._with_memory = [group for group in mesh.groups if group.accept is not None]
+        self.groups: tuple[ElementGroup, ...] = tuple(mesh.groups)
         self.slots = [
             slots_of(np.ascontiguousarray(group.vectors), mesh.size, self.pattern.indptr, self.pattern.indices)
             for group in mesh.groups
@@ -272,6 +275,17 @@ class AncfSystem(System):
 
     # methods beyond the protocol ------------------------------------------------------------------------------------
 
+    def under(self, loads: Sequence[ElementGroup]) -> AncfSystem:
+        """The same system with further groups, as pressures and gas; the scales are those of the mesh."""
+        self.scales()
+        other = copy.copy(self)
+        other.groups, other._compiled = (*self.mesh.groups, *loads), None
+        return other
+
+    @property
+    def _with_memory(self) -> list[ElementGroup]:
+        return [group for group in self.groups if group.accept is not None]
+
     def held(self, q: np.ndarray, coordinates: np.ndarray, loading: Loading | None = None) -> AncfSystem:
         """System at rest in q with more coordinates held, under another loading."""
         return AncfSystem(self.mesh.holding(coordinates), loading, q)
@@ -302,7 +316,7 @@ class AncfSystem(System):
 
         The method also sets the time of all groups.
         """
-        for group in self.mesh.groups:
+        for group in self.groups:
             group.at(t, before)
         motions = self.loading.motions
         if not motions:
@@ -350,7 +364,7 @@ class AncfSystem(System):
     def all_forces(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
         """Forces (nu,) of elements and loads on all coordinates, held ones included."""
         force = np.zeros(self.nu)
-        for group in self.mesh.groups:
+        for group in self.groups:
             group.add_force(q, u, force)
         self.add_loads(t, u, force)
         return force
@@ -416,18 +430,19 @@ class AncfSystem(System):
             return Energy(0.0, potential, 0.0, 0.0)
         momentum = self.full_mass_matrix @ u
         dissipated = self.loading.mass_damping * float(u @ momentum)
-        dissipated += sum(group.energy(q, u)[1] for group in self.mesh.groups if group.rate_dependent)
+        dissipated += sum(group.energy(q, u)[1] for group in self.groups if group.rate_dependent)
         power = sum(forcing.time.at(t)[0] * float(forcing.vector @ u) for forcing in self.loading.forcings)
-        power += float(reactions @ u) + sum(group.put_in(q, u) for group in self.mesh.groups)
-        sliding = sum(group.slid(q, u) for group in self.mesh.groups)
+        power += float(reactions @ u) + sum(group.put_in(q, u) for group in self.groups)
+        sliding = sum(group.slid(q, u) for group in self.groups)
         dissipated += sliding
         return Energy(0.5 * float(u @ momentum), potential, dissipated, power, sliding_power=sliding)
 
     def _potential(self, q: np.ndarray) -> dict[str, float]:
         """Potential energy by kind of element, with moved coordinates at their present positions, J."""
         potential: dict[str, float] = {}
-        for group in self.mesh.groups:
-            potential[group.name] = potential.get(group.name, 0.0) + group.energy(q, None)[0]
+        for group in self.groups:
+            if group.name:
+                potential[group.name] = potential.get(group.name, 0.0) + group.energy(q, None)[0]
         if self._weighs:
             potential["gravity"] = -float(self.weight @ q)
         return potential
