@@ -14,6 +14,7 @@ from fsm.interactions.bushing_planar import (
     COLUMNS_PLANAR,
     LOCKED,
     advance_efforts_planar,
+    deformations_pose_planar,
     force_pose_planar,
     linearise_pose_planar,
     pose_constants_planar,
@@ -23,6 +24,7 @@ from fsm.interactions.bushing_planar import (
 from fsm.interactions.bushing_spatial import (
     COLUMNS_SPATIAL,
     advance_efforts_spatial,
+    deformations_pose_spatial,
     force_pose_spatial,
     linearise_pose_spatial,
     pose_constants_spatial,
@@ -32,6 +34,7 @@ from fsm.interactions.bushing_spatial import (
 from fsm.interactions.pose_planar import measure_pose_planar
 from fsm.interactions.pose_spatial import measure_pose_spatial
 from fsm.kernels.scatter import pair_slots
+from fsm.model.bodies.arrays import SpringKernels
 from fsm.model.bodies.group import BlockSums, BodyState, Group, PreviousPoses
 from fsm.model.bodies.pattern import BodyPattern
 from fsm.model.elements.spring_locks import SpringLocks
@@ -99,28 +102,26 @@ class TwoBodyGroup(Group):
         return self.bodies, 0
 
 
-class _Kernels(NamedTuple):
-    """Kernel of the deformations, and kernels that compute and assemble in one loop over the elements."""
+class BushingKernels(NamedTuple):
+    """Kernels of the deformations and of the constants, columns of `SpringLocks`, and kernels that compute and assemble in
+    one loop over the elements.
+    """
 
     measure: Kernel
     constants: Kernel
-    force: Kernel
-    linearise: Kernel
-    advance: Kernel
-    stored: Kernel
-    widest: Kernel
     columns: tuple[int, int]
+    in_one_pass: SpringKernels
 
 
-_ONE_PASS = {
-    3: _Kernels(
-        measure_pose_planar, pose_constants_planar, force_pose_planar, linearise_pose_planar, advance_efforts_planar,
-        stored_pose_planar, widest_pose_planar, COLUMNS_PLANAR,
-    ),
-    6: _Kernels(
-        measure_pose_spatial, pose_constants_spatial, force_pose_spatial, linearise_pose_spatial, advance_efforts_spatial,
-        stored_pose_spatial, widest_pose_spatial, COLUMNS_SPATIAL,
-    ),
+BUSHINGS = {
+    3: BushingKernels(measure_pose_planar, pose_constants_planar, COLUMNS_PLANAR, SpringKernels(
+        force_pose_planar, linearise_pose_planar, stored_pose_planar, deformations_pose_planar, advance_efforts_planar,
+        widest_pose_planar,
+    )),
+    6: BushingKernels(measure_pose_spatial, pose_constants_spatial, COLUMNS_SPATIAL, SpringKernels(
+        force_pose_spatial, linearise_pose_spatial, stored_pose_spatial, deformations_pose_spatial, advance_efforts_spatial,
+        widest_pose_spatial,
+    )),
 }  # fmt: skip
 """Kernels by the number of rows of a block."""
 
@@ -165,8 +166,12 @@ class BushingGroup(TwoBodyGroup):
         return bool(np.any(self.damping))
 
     @cached_property
-    def _kernels(self) -> _Kernels:
-        return _ONE_PASS[self.rest.shape[1]]
+    def _kernels(self) -> BushingKernels:
+        return BUSHINGS[self.rest.shape[1]]
+
+    @property
+    def _in_one_pass(self) -> SpringKernels:
+        return self._kernels.in_one_pass
 
     @property
     def measure(self) -> Kernel:
@@ -184,12 +189,12 @@ class BushingGroup(TwoBodyGroup):
 
     def add_force(self, at: BodyState, force: np.ndarray) -> None:
         """See `Group`."""
-        self._kernels.force(at.poses, at.rates, self.bodies, self._constants, *self._before(at.rates, at.past), force)
+        self._in_one_pass.force(at.poses, at.rates, self.bodies, self._constants, *self._before(at.rates, at.past), force)
 
     def add_linearised(self, at: BodyState, sums: BlockSums, efforts: np.ndarray | None = None) -> None:
         """See `Group`. If `efforts` (m, 3 or 6) is given, the geometric stiffness uses it."""
         pattern, *of_blocks = sums
-        self._kernels.linearise(
+        self._in_one_pass.tangent(
             at.poses, at.rates, self.bodies, self._constants, *self._before(at.rates, at.past),
             self._no_efforts if efforts is None else efforts, self._slots(pattern), *of_blocks,
         )
@@ -201,11 +206,11 @@ class BushingGroup(TwoBodyGroup):
     def efforts(self, poses: np.ndarray, change: np.ndarray, past: PreviousPoses | None = None) -> np.ndarray:
         """Efforts (m, 3 or 6) after a change (n_bodies, 3 or 6) of the poses, to first order."""
         before = self._before(change, past)
-        return np.asarray(self._kernels.advance(poses, change, self.bodies, self._constants, *before))
+        return np.asarray(self._in_one_pass.advance(poses, change, self.bodies, self._constants, *before))
 
     def gap(self, poses: np.ndarray) -> tuple[float, str]:
         """Largest separation (m) of the two sides of a structural joint, and the name of the joint."""
-        worst, apart = self._kernels.widest(poses, self.bodies, self._constants, self.in_structure)
+        worst, apart = self._in_one_pass.widest(poses, self.bodies, self._constants, self.in_structure)
         return apart, self.names[worst]
 
     @cached_property
@@ -228,7 +233,7 @@ class BushingGroup(TwoBodyGroup):
 
     def energy(self, at: BodyState) -> tuple[dict[str, float], float, float]:
         """See `Group`."""
-        totals, power = self._kernels.stored(
+        totals, power = self._in_one_pass.stored(
             at.poses, at.rates, self.bodies, self._constants, *self._before(at.rates, at.past), self.category,
             len(self.in_panels),
         )

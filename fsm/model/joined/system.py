@@ -337,9 +337,8 @@ class JoinedSystem(JoinedConfiguration):
 
     def peak_times(self) -> list[float]:
         """See `System`; pressures and gas are included."""
-        of_gas = [] if self.chambers is None else self.chambers.break_times()
-        of_pressures = (time for pressure in self.pressures for time in pressure.time.peaks())
-        return sorted({*super().peak_times(), *of_pressures, *of_gas, *self.elements.peak_times()})
+        of_loads = (time for group in self._pressing for time in group.peak_times())
+        return sorted({*super().peak_times(), *of_loads, *self.elements.peak_times()})
 
     def shortest_step(self) -> float:
         """See `System`; the result is at most a small fraction of 1/omega of the softest motion against the gas, at the
@@ -426,9 +425,9 @@ class JoinedSystem(JoinedConfiguration):
             return None
         from fsm.model.joined.static_arrays import JoinedStatics  # imports the kernels of all steps
 
-        return JoinedStatics(self, self._first_pattern(), ready, self._static_model)
+        return JoinedStatics(self, self._first_pattern(), ready)
 
-    def _static_model(
+    def static_model(
         self, pattern: BodyPattern, near: np.ndarray, ready: Ready, contacts: ContactModel
     ) -> tuple[JoinedModel, BlockPattern]:
         """Compiled model for statics, and the pattern of its equations."""

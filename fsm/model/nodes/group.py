@@ -197,6 +197,10 @@ class ElementGroup:
         """Times at which a function of time of the group is not smooth, s; by default none."""
         return []
 
+    def peak_times(self) -> list[float]:
+        """Times among which the forces of the group at rest are largest, s."""
+        return self.break_times()
+
     # memory: by default none --------------------------------------------------------------------------------------------
 
     def commit(self, t: float, q: np.ndarray) -> None:

@@ -33,6 +33,12 @@ def _facets_of(t: np.ndarray) -> FacetArrays:
 
 
 @kernel
+def _set_means(now: np.ndarray, before: np.ndarray, over: float, out: np.ndarray) -> None:
+    for i in range(out.shape[0]):
+        out[i] = (now[i] - before[i]) / over
+
+
+@kernel
 def _rates(table: np.ndarray, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Rates of strains (m, 5, 3) and curvatures (m, 3, 3): means over a quasi-static step, else those at the velocities."""
     facets, bend, q = _facets_of(own), floats_1d(own, _BEND).reshape(-1, 3, 5, 9), floats_1d(table, Q)
@@ -44,8 +50,10 @@ def _rates(table: np.ndarray, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     before, last = np.empty((count, 5, 3)), floats_1d(table, LAST)
     facet_strains(facets, q, stretching)
     facet_strains(facets, last, before)
-    turning[:] = facet_curvatures(facets, bend, q) - facet_curvatures(facets, bend, last)
-    return (stretching - before) / mean_over, turning / mean_over
+    _set_means(stretching.reshape(-1), before.reshape(-1), mean_over, stretching.reshape(-1))
+    now, then = facet_curvatures(facets, bend, q), facet_curvatures(facets, bend, last)
+    _set_means(now.reshape(-1), then.reshape(-1), mean_over, turning.reshape(-1))
+    return stretching, turning
 
 
 @kernel

@@ -260,6 +260,10 @@ class PressureGroup(ElementGroup):
         """See `ElementGroup`."""
         return list(self.time.breaks())
 
+    def peak_times(self) -> list[float]:
+        """See `ElementGroup`."""
+        return list(self.time.peaks())
+
     def swept(self, start: np.ndarray, end: np.ndarray) -> float:
         """Volume between the surfaces of two configurations (n,) of the nodes, along straight lines, m^3.
 

@@ -31,8 +31,7 @@ from fsm.model.nodes.mesh import Mesh
 from fsm.model.nodes.system.array_kernels import KERNELS
 from fsm.model.nodes.system.arrays_of import Compiled
 from fsm.solve.interface.records import DriveState, Energy, Linearised, Observation, PairState, PreviousState, Ready
-from fsm.solve.interface.rest_scales import scales_at_rest
-from fsm.solve.interface.scales import OF_DRIVES, AtRest, Scales
+from fsm.solve.interface.scales import OF_DRIVES, AtRest, Scales, scales_at_rest
 from fsm.solve.interface.system import System
 from fsm.solve.stepping.equilibrium import RestModel
 from fsm.solve.stepping.model import ArrayModel
