@@ -22,7 +22,8 @@ from fsm.errors import CaseError, Fault
 from fsm.model.compile.compile import SceneCompiler, compile_scene
 from fsm.model.compile.fold_laws_of import fold_laws_of
 from fsm.model.faults.check_scene import check_scene
-from fsm.model.joined.chambers import Chambers, OrificeArea, Surface
+from fsm.model.joined.chamber_surfaces import Surface
+from fsm.model.joined.chambers import Chambers, OrificeArea
 from fsm.model.joined.configuration import DrawnLines, Nodes
 from fsm.model.joined.frames import FramePoint, Frames, frame_maps
 from fsm.model.joined.panel_gas import PanelGas

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -29,9 +29,6 @@ from fsm.model.nodes.system.system import AncfSystem
 from fsm.model.system.system import SegmentSystem
 from fsm.solve.interface.records import PreviousState
 from fsm.solve.interface.scales import Scales
-
-if TYPE_CHECKING:
-    pass
 
 _WAVES = 1e-2
 """Part of the square of the rate of axial waves in an element that counts in penalties; 100 times its stiffness."""

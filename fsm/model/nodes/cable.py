@@ -202,8 +202,8 @@ def _add_forces(table: np.ndarray, own: np.ndarray, moving: float) -> float:
             rows = cable.stretch_rows[point]
             _derivatives(e, rows, length, g)
             strain, slope, _ = _stretch(g, engineering)
-            own, _ = _force(axial, strain, remainder)
-            tension = (own + remainder * cable.release[k, point]) * slope
+            elastic, _ = _force(axial, strain, remainder)
+            tension = (elastic + remainder * cable.release[k, point]) * slope
             if viscosity > 0.0:
                 _derivatives(rates, rows, length, v)
                 tension += viscosity * axial * (g[0] * v[0] + g[1] * v[1] + g[2] * v[2])
@@ -255,11 +255,11 @@ def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
                 _derivatives(rates, rows, length, v)
             strain, slope, bow = _stretch(g, engineering)
             rate = g[0] * v[0] + g[1] * v[1] + g[2] * v[2]
-            own, along = _force(axial, strain, remainder)
-            own += remainder * cable.release[k, point]
+            elastic, along = _force(axial, strain, remainder)
+            elastic += remainder * cable.release[k, point]
             factor = cable.stretch_weights[point] / length
-            stiff = factor * (along * slope * slope + own * bow)
-            same = factor * (own * slope + axial * moving * rate)
+            stiff = factor * (along * slope * slope + elastic * bow)
+            same = factor * (elastic * slope + axial * moving * rate)
             row, other = pairs * k, 6 * k
             for a in range(3):
                 for b in range(a if symmetric else 0, 3):
@@ -302,8 +302,8 @@ def _stored(table: np.ndarray, own: np.ndarray, moving: float) -> float:
         for point in range(cable.stretch_weights.shape[0]):
             _derivatives(e, cable.stretch_rows[point], length, g)
             strain, _, _ = _stretch(g, engineering)
-            own, _ = _force(axial, strain, cable.remainder[0])
-            density = 0.5 * own * strain + cable.remainder[0] * cable.release[k, point] * strain
+            elastic, _ = _force(axial, strain, cable.remainder[0])
+            density = 0.5 * elastic * strain + cable.remainder[0] * cable.release[k, point] * strain
             total += cable.stretch_weights[point] * length * density
         for point in range(cable.bend_weights.shape[0]):
             _derivatives(e, cable.bend_rows[point], length, g)

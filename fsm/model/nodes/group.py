@@ -201,7 +201,12 @@ class ElementGroup:
         """Times among which the forces of the group at rest are largest, s."""
         return self.break_times()
 
-    # memory: by default none --------------------------------------------------------------------------------------------
+    # memory -------------------------------------------------------------------------------------------------------------
+
+    @property
+    def kept(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Arrays of the memory, which `accept` changes in place, and their values at the start; by default none."""
+        return []
 
     def commit(self, t: float, q: np.ndarray) -> None:
         """Change the memory at an accepted state."""
@@ -211,12 +216,15 @@ class ElementGroup:
     @property
     def remembered(self) -> int:
         """Length of the memory."""
-        return 0
+        return sum(len(one) for one, _ in self.kept)
 
     def memory(self) -> np.ndarray:
         """Memory as one flat array."""
-        return np.zeros(0)
+        return np.concatenate([np.zeros(0), *(one for one, _ in self.kept)])
 
     def restore(self, memory: np.ndarray) -> None:
         """Set the memory; an empty array sets it to that of the start."""
-        return
+        begin = 0
+        for one, first in self.kept:
+            one[:] = memory[begin : begin + len(one)] if len(memory) else first
+            begin += len(one)

@@ -163,8 +163,8 @@ class SegmentSystem(SegmentForces):
         )
         pattern, _, stiffness, damping = self._with_driven(at, groups, self._turned(q, u, before))
         whole = np.zeros((len(self.motions), *self.at_rest.shape))
-        for row, motion in zip(whole, self.motions, strict=True):
-            row[motion.bodies, : len(motion.direction)] = motion.direction
+        for k, motion in enumerate(self.motions):
+            whole[k, motion.bodies, : len(motion.direction)] = motion.direction
         if self.turns is not None:
             for k, body, twist in self.turns.twists(self._travels(t)):
                 whole[k, body] = twist

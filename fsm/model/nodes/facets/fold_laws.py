@@ -84,26 +84,3 @@ class FoldLaws:
         turning = np.array(self.turning, dtype=float) if np.any(self.turning) else np.zeros(0)
         sliders = no_sliders() if self.sliders is None else self.sliders
         return FoldPath(turning, table_of([self.time]), np.array(self.chosen, dtype=np.int64), sliders)
-
-    @cached_property
-    def rate_dependent(self) -> bool:
-        """Whether moments depend on rates."""
-        return bool(np.any(self.damping))
-
-    # memory -----------------------------------------------------------------------------------------------------------
-
-    @property
-    def remembered(self) -> int:
-        """Length of `memory`."""
-        return len(self.start) + (0 if self.sliders is None else len(self.sliders.memory))
-
-    def memory(self) -> np.ndarray:
-        """Memory as one flat array."""
-        return np.concatenate([self.near, [] if self.sliders is None else self.sliders.memory])
-
-    def restore(self, memory: np.ndarray) -> None:
-        """Restore the memory; an empty array resets it."""
-        count = len(self.start)
-        self.near[:] = memory[:count] if len(memory) else self.start
-        if self.sliders is not None:
-            self.sliders.memory[:] = memory[count:] if len(memory) else self.sliders.first

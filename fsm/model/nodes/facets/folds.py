@@ -53,10 +53,10 @@ class FoldGroup(ElementGroup):
         """See `ElementGroup`."""
         return fold_table(self.arrays)
 
-    @property
+    @cached_property
     def rate_dependent(self) -> bool:
         """See `ElementGroup`."""
-        return self.laws.rate_dependent
+        return bool(np.any(self.laws.damping))
 
     @cached_property
     def arrays(self) -> FoldArrays:
@@ -79,17 +79,9 @@ class FoldGroup(ElementGroup):
         """See `ElementGroup`."""
         return list(self.laws.time.breaks())
 
-    # memory -----------------------------------------------------------------------------------------------------------
-
     @property
-    def remembered(self) -> int:
-        """See `FoldLaws`."""
-        return self.laws.remembered
-
-    def memory(self) -> np.ndarray:
-        """See `FoldLaws`."""
-        return self.laws.memory()
-
-    def restore(self, memory: np.ndarray) -> None:
-        """See `FoldLaws`."""
-        self.laws.restore(memory)
+    def kept(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """See `ElementGroup`."""
+        laws = self.laws
+        angles = laws.near, np.array(laws.start, dtype=float)
+        return [angles] if laws.sliders is None else [angles, (laws.sliders.memory, laws.sliders.first)]
