@@ -83,8 +83,7 @@ def _closed(system: System, t: float, q: np.ndarray) -> np.ndarray:
         system.commit(t, q, np.zeros(system.nu))
         return q
     newton = EquilibriumStep(system)
-    efforts = newton.efforts(t, q)
-    if newton.mixed is None or efforts is None or not newton.mixed.take_up(efforts, BEFORE):
+    if not system.take_up(newton.efforts(t, q), BEFORE):
         return q
     newton.largest_reaction = system.observe(t, q, None).reaction
     found = newton.solve(t, q, (t, q))

@@ -44,7 +44,7 @@ class ScissorArray(OneStep):
 
     Attributes
     ----------
-    system : ArraySystem, or with rigid bars SegmentSystem
+    system : AncfSystem, or with rigid bars SegmentSystem
     array : Array
     """
 

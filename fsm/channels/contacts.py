@@ -34,12 +34,11 @@ def facets_in_contact(model: Model) -> Iterator[Offer]:
 
 def _facet_forces(state: State) -> np.ndarray:
     system = state.system
-    poses, rates = system.place(state.time, state.q, state.u, state.before)
-    past = system.past(state.time, state.before)
+    at = system.state(state.time, state.q, state.u, state.before)
     total = np.zeros(0)
     for group in system.contacts:
         if isinstance(group.geometry, SheetContacts):
-            total = group.geometry.facet_forces(*group.normal_forces(state.time, poses, rates, past))
+            total = group.geometry.facet_forces(*group.normal_forces(at))
     return total
 
 

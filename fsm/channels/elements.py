@@ -12,7 +12,7 @@ from fsm.case.models.scene import ForceElement
 from fsm.channels.offer import Model, Offer, State, offers
 from fsm.channels.rigid import in_space, past_of, placed, positions, quaternions, rotated
 from fsm.laws.crease import crease_moment
-from fsm.model.bodies.group import PreviousPoses
+from fsm.model.bodies.group import BodyState, PreviousPoses
 from fsm.model.elements.actuators import ActuatorGroup
 from fsm.model.elements.creases import CreaseGroup
 from fsm.model.elements.element_angles import initial_twists, rest_twists, side_of
@@ -186,7 +186,7 @@ def _forces(state: State) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]
         alone = _alone(group)
         wrenches = np.zeros((len(rows), rates.shape[1]))
         since = None if past is None else PreviousPoses(past.poses[rows], past.duration)
-        alone.add_force(state.time, poses[rows], rates[rows], wrenches, since)
+        alone.add_force(BodyState(state.time, poses[rows], rates[rows], since), wrenches)
         for name, body, wrench in zip(group.names, rows[::2], wrenches[::2], strict=True):
             sums[name] = sums[name] + wrench if name in sums else wrench
             inner[name] = int(body)

@@ -11,8 +11,7 @@ from fsm.case.models.facet_mesh import MeshPoint
 from fsm.case.models.loads import Load
 from fsm.case.plan.step_items import loads_of
 from fsm.channels.offer import Model, Offer, State, offers
-from fsm.model.joined.pressure import pressure_of
-from fsm.model.joined.system import JoinedSystem
+from fsm.model.joined.system import JoinedSystem, pressure_of
 from fsm.model.nodes.facets.pressure import PressureGroup
 from fsm.results.channel import AXES
 

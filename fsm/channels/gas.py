@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 
 from fsm.channels.offer import Model, Offer, State, offers
 from fsm.model.joined.gas import GasState
-from fsm.model.joined.panel_gas import PanelGasSystem
+from fsm.model.joined.panel_gas import PanelGas
 from fsm.model.joined.system import JoinedSystem
 
 _QUANTITIES = {
@@ -22,25 +23,38 @@ _QUANTITIES = {
 @offers
 def gases(model: Model) -> Iterator[Offer]:
     """gas.<name>.pressure, .volume, .mass, .temperature and .energy of every chamber."""
-    system = model.system
-    if not isinstance(system, JoinedSystem | PanelGasSystem) or system.chambers is None:
-        return
-    for number, name in enumerate(system.chambers.names):
+    for number, name in enumerate(getattr(_chambers(model.system), "names", ())):
         for quantity, (unit, text) in _QUANTITIES.items():
             yield Offer(f"gas.{name}.{quantity}", unit, text, _of_state(quantity, number))
         text = "energy of the gas and of the surroundings that it displaces"
         yield Offer(f"gas.{name}.energy", "J", text, _energy(number))
 
 
+def _panels(system: Any) -> PanelGas | None:
+    """Gas of rigid panels."""
+    return next((group for group in getattr(system, "groups", ()) if isinstance(group, PanelGas)), None)
+
+
+def _chambers(system: Any) -> Any:
+    """Chambers of a system, or None."""
+    return system.chambers if isinstance(system, JoinedSystem) else getattr(_panels(system), "chambers", None)
+
+
+def _nodes(state: State) -> np.ndarray:
+    """Coordinates of the nodes of the chambers, flat."""
+    system, panels = state.system, _panels(state.system)
+    if panels is None:
+        return np.asarray(system.chamber_nodes(state.time, state.q))
+    return panels.nodes(system.place(state.time, state.q, None)[0])
+
+
 def _gas(state: State) -> GasState:
-    system = state.system
-    found: GasState = system.chambers.state(state.time, system.chamber_nodes(state.time, state.q))
+    found: GasState = _chambers(state.system).state(state.time, _nodes(state))
     return found
 
 
 def _energies(state: State) -> np.ndarray:
-    system = state.system
-    return np.asarray(system.chambers.energies(state.time, system.chamber_nodes(state.time, state.q)))
+    return np.asarray(_chambers(state.system).energies(state.time, _nodes(state)))
 
 
 def _of_state(quantity: str, number: int) -> Callable[[State], float]:

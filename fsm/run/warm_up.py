@@ -130,7 +130,7 @@ def _springs(spatial: bool, curved: bool) -> None:
 def _many_steps(spatial: bool, method: str = "generalized-alpha") -> None:
     """Solve the first instants of a small strip without drive and without contact."""
     _, system = compile_case(warm_up_springs(spatial))
-    alone = SegmentSystem(system.bodies, (), system.groups, (), ())
+    alone = SegmentSystem(system.bodies, (), system.groups, ())
     simulate(alone, Settings(method, 1e-3, 1e-6, step=5e-7), [0.0], lambda saved: None)
 
 

@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 
 import fsm
 from fsm.kernels.body_poses import retract_poses
+from fsm.model.bodies.group import BlockSums, BodyState
 from fsm.model.bodies.pattern import body_pattern
 from fsm.model.compile.compile_case import compile_case
 from fsm.model.elements.cords import CordGroup
@@ -86,8 +87,8 @@ def test_forces_and_tangents(friction: float) -> None:
         placed[1:] = retract_poses(poses[1:].ravel(), move).reshape(2, 7)
         moving[1:] += faster.reshape(2, 6)
         force, stiffness, damping = np.zeros((3, 6)), pattern.zeros(), pattern.zeros()
-        group.add_linearised(0.0, placed, moving, pattern, force, stiffness, damping)
-        stored = group.energy(0.0, placed, 0.0 * moving)[0]["panels"]
+        group.add_linearised(BodyState(0.0, placed, moving), BlockSums(pattern, force, stiffness, damping))
+        stored = group.energy(BodyState(0.0, placed, 0.0 * moving))[0]["panels"]
         dense = [np.block([[data[0], data[1]], [data[2], data[3]]]) for data in (stiffness, damping)]
         return force[1:].ravel(), stored, dense[0], dense[1]
 

@@ -11,6 +11,7 @@ from fsm.case.models.loads import Load
 from fsm.case.models.materials import SplineCrease
 from fsm.case.models.scene import GROUND, Body, ForceElement, Scene
 from fsm.case.models.time_program import Table
+from fsm.model.bodies.group import BodyState
 from fsm.model.compile.compile import compile_scene
 from fsm.model.elements.hysteresis import HysteresisGroup
 from fsm.model.system.system import SegmentSystem
@@ -143,7 +144,7 @@ def test_what_a_closed_cycle_loses_is_its_area_however_long_the_steps() -> None:
         lost = 0.0
         for o in np.linspace(begin, to, steps + 1)[1:]:
             poses[1, 2] = system.bodies.pose[1, 2] - group.law.side[0] * o
-            group.commit(0.0, poses, rates)
+            group.commit(BodyState(0.0, poses, rates))
             lost += group.memory()[3]
         return lost
 

@@ -14,6 +14,7 @@ from fsm.builders.scene import build_scene
 from fsm.case.models.contact import Contact, Friction
 from fsm.laws.friction import FRICTION_LAWS
 from fsm.laws.normal import NORMAL_LAWS
+from fsm.model.bodies.group import BodyState
 from fsm.model.compile.compile_joined import compile_model
 from fsm.model.contact.contact_forces import FrictionForce, NormalForce
 from fsm.model.contact.contacts import ContactGroup
@@ -130,15 +131,15 @@ def test_the_stiffness_of_an_area_does_not_depend_on_the_mesh(cells: tuple[int, 
     depth = 1e-5
     contacts, poses = two_squares(cells, depth)
     group, rates, force = group_of(contacts, len(poses)), np.zeros((len(poses), 6)), np.zeros((len(poses), 6))
-    group.add_force(0.0, poses, rates, force)
+    group.add_force(BodyState(0.0, poses, rates), force)
     low = (cells[0] + 1) ** 2
     whole = STIFFNESS * depth
     np.testing.assert_allclose(force[low:, :3].sum(axis=0), [0.0, 0.0, whole], atol=1e-9 * whole)
     np.testing.assert_allclose(force[:, :3].sum(axis=0), 0.0, atol=1e-12 * whole)
     moment = np.cross(poses[:, :3], force[:, :3]).sum(axis=0)
     np.testing.assert_allclose(moment, 0.0, atol=1e-12 * whole * SIDE)
-    assert group.energy(0.0, poses, rates)[0]["contact"] == pytest.approx(0.5 * whole * depth, rel=1e-9)
-    assert group.observe(0.0, poses, rates).area[0] == pytest.approx(SIDE**2, rel=1e-9)
+    assert group.energy(BodyState(0.0, poses, rates))[0]["contact"] == pytest.approx(0.5 * whole * depth, rel=1e-9)
+    assert group.observe(BodyState(0.0, poses, rates)).area[0] == pytest.approx(SIDE**2, rel=1e-9)
 
 
 def test_friction_of_a_sliding_facet() -> None:
@@ -146,10 +147,10 @@ def test_friction_of_a_sliding_facet() -> None:
     contacts, poses = two_squares((3, 4), depth)
     group, rates, force = group_of(contacts, len(poses), True), np.zeros((len(poses), 6)), np.zeros((len(poses), 6))
     rates[16:, 0] = speed
-    group.add_force(0.0, poses, rates, force)
+    group.add_force(BodyState(0.0, poses, rates), force)
     sliding = 0.3 * STIFFNESS * depth
     np.testing.assert_allclose(force[16:, 0].sum(), -sliding, rtol=1e-9)
-    assert group.energy(0.0, poses, rates)[1] == pytest.approx(sliding * speed, rel=1e-9)
+    assert group.energy(BodyState(0.0, poses, rates))[1] == pytest.approx(sliding * speed, rel=1e-9)
 
 
 def test_a_step_through_a_facet_is_rejected() -> None:
@@ -244,11 +245,11 @@ def test_the_force_is_that_of_the_energy() -> None:
     group, free = system.contacts[0], ~system._fixed.ravel()
 
     def stored(x: np.ndarray) -> float:
-        return group.energy(0.0, *system.place(0.0, x, None))[0]["contact"]
+        return group.energy(system.state(0.0, x, None))[0]["contact"]
 
     poses, at_rest = system.place(0.0, q, None)
     wrench = np.zeros((len(poses), 6))
-    group.add_force(0.0, poses, at_rest, wrench)
+    group.add_force(BodyState(0.0, poses, at_rest), wrench)
     force = system._generalised(0.0, q, None, None, wrench, False)
     for seed in range(3):
         v = np.random.default_rng(seed).normal(size=system.nu) * free

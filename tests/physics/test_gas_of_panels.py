@@ -14,8 +14,10 @@ from fsm.builders.patterns.of_sheet import pattern_of
 from fsm.case.models.sheet import Sheet
 from fsm.errors import CaseError
 from fsm.kernels.blocks import BlockMatrix, LowRank
+from fsm.model.bodies.group import BlockSums
 from fsm.model.compile.compile_case import compile_case
-from fsm.model.joined.panel_gas import PanelGasSystem
+from fsm.model.joined.panel_gas import PanelGas
+from fsm.model.system.system import SegmentSystem
 from tests.physics.test_gas import box, case
 
 A, B, SECTOR, FOLD, COLUMNS = 0.05, 0.04, math.radians(60.0), math.radians(20.0), 3
@@ -36,22 +38,26 @@ CASES = {
 }
 
 
-def compiled(sheet: dict[str, Any], gas: list[dict[str, Any]], folder: Path, **more: Any) -> PanelGasSystem:
+def compiled(sheet: dict[str, Any], gas: list[dict[str, Any]], folder: Path, **more: Any) -> SegmentSystem:
     system = compile_case(fsm.load(case(sheet, gas, **({"solve": MOVING} | more)), folder=folder).model)[1]
-    assert isinstance(system, PanelGasSystem)
+    assert isinstance(system, SegmentSystem)
     return system
 
 
-def moved(system: PanelGasSystem, size: float) -> tuple[np.random.Generator, np.ndarray]:
+def gas_of(system: SegmentSystem) -> PanelGas:
+    return next(group for group in system.groups if isinstance(group, PanelGas))
+
+
+def moved(system: SegmentSystem, size: float) -> tuple[np.random.Generator, np.ndarray]:
     """Generator, and a configuration with random displacements and rotations, so that joints have gaps."""
     rng = np.random.default_rng(3)
     return rng, system.retract(system.initial()[0], size * rng.normal(size=system.nu))
 
 
-def wrenches(system: PanelGasSystem, q: np.ndarray) -> np.ndarray:
+def wrenches(system: SegmentSystem, q: np.ndarray) -> np.ndarray:
     """Wrenches (n, 6) of the gas on all bodies."""
     out = np.zeros_like(system.at_rest)
-    system.gas.add_force(0.0, system.place(0.0, q, None)[0], system.at_rest, out)
+    gas_of(system).add_force(system.state(0.0, q, None), out)
     return out
 
 
@@ -63,9 +69,9 @@ def test_wrenches_and_tangent_are_derivatives(name: str, tmp_path: Path) -> None
     rng, q = moved(system, 1e-3)
     free, pattern = system.bodies.free, system._current_pattern(system.place(0.0, q, None)[0])
     force, stiffness = np.zeros_like(system.at_rest), pattern.zeros()
-    system.gas.add_linearised(0.0, system.place(0.0, q, None)[0], system.at_rest, pattern, force, stiffness, stiffness)
+    gas_of(system).add_linearised(system.state(0.0, q, None), BlockSums(pattern, force, stiffness, stiffness))
     np.testing.assert_allclose(force, wrenches(system, q), rtol=0.0, atol=1e-12 * np.abs(force).max())
-    found = system.gas.low_rank
+    found = gas_of(system).low_rank
     assert found is not None
     low_rank = LowRank(found.vectors.reshape(len(found.vectors), -1, 6)[:, free].reshape(-1, system.nu), found.weights)
     tangent = BlockMatrix(pattern, stiffness, low_rank)
@@ -196,14 +202,20 @@ def test_orifice_that_follows_a_crease(tmp_path: Path) -> None:
     system = compiled(TUBE, [gas], tmp_path, orifice=[flow])
     system.commit(0.0, *system.initial())
     rng, q = moved(system, 1e-4)
-    assert abs(system.chambers.state(0.01, system.chamber_nodes(0.01, q)).by_area[0, 0]) > 1e8
+    panels = gas_of(system)
+    chambers = panels.chambers
+
+    def nodes(x: np.ndarray) -> np.ndarray:
+        return panels.nodes(system.place(0.01, x, None)[0])
+
+    assert abs(chambers.state(0.01, nodes(q)).by_area[0, 0]) > 1e8
     system.linearise(0.01, q, None)
-    of_area = system.chambers.low_rank.vectors[1]
+    of_area = chambers.low_rank.vectors[1]
     for way in rng.normal(size=(3, system.nu)):
-        ends = [system.chamber_nodes(0.01, system.retract(q, sign * 1e-6 * way)) for sign in (1.0, -1.0)]
-        one, two = (system.chambers.state(0.01, end) for end in ends)
+        ends = [nodes(system.retract(q, sign * 1e-6 * way)) for sign in (1.0, -1.0)]
+        one, two = (chambers.state(0.01, end) for end in ends)
         change = (one.pressure - two.pressure) / 2e-6
-        state = system.chambers.state(0.01, system.chamber_nodes(0.01, q))
+        state = chambers.state(0.01, nodes(q))
         rates = (ends[0] - ends[1]) / 2e-6
         grown = (one.volume - two.volume) / 2e-6
         opened = of_area @ rates

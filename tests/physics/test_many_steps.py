@@ -46,7 +46,7 @@ SPLINE = {"law": "spline", "angle": [-1.0, 0.0, 0.7, 1.5, 3.0], "moment": [-3e-4
 
 def undriven(system: SegmentSystem) -> SegmentSystem:
     """The same system without drives and contacts. The driven bodies are held."""
-    return SegmentSystem(system.bodies, (), tuple(g for g in system.groups if g not in system.contacts), (), ())
+    return SegmentSystem(system.bodies, (), tuple(g for g in system.groups if g not in system.contacts), ())
 
 
 def strip(spatial: bool) -> SegmentSystem:

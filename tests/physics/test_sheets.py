@@ -18,6 +18,7 @@ from fsm.builders.sheet.sheet_joints import sheet_joints
 from fsm.case.loading.load_case import load_case
 from fsm.case.models.case import Case
 from fsm.errors import CaseError, NotConverged
+from fsm.model.bodies.group import BodyState
 from fsm.model.compile.compile import compile_scene
 from fsm.model.elements.actuators import ActuatorGroup
 from fsm.run.run_case import run_case
@@ -186,10 +187,10 @@ def test_actuator_turns_a_single_crease() -> None:
     (group,) = [group for group in system.groups if isinstance(group, ActuatorGroup)]
     poses, rates = system.place(7.0, q, u)
     force = np.zeros_like(rates)
-    group.add_force(7.0, poses, rates, force)
+    group.add_force(BodyState(7.0, poses, rates), force)
     moving = np.array(rates)
     power = float(np.sum(force * moving))
-    assert group.energy(7.0, poses, rates)[2] == pytest.approx(power, rel=1e-9)
+    assert group.energy(BodyState(7.0, poses, rates))[2] == pytest.approx(power, rel=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -69,8 +69,7 @@ def only(system: SegmentSystem, kind: type) -> SegmentSystem:
     """The same bodies with groups of one kind only, so that other groups do not hide their terms."""
     groups = tuple(group for group in system.groups if isinstance(group, kind))
     assert groups
-    contacts = system.contacts if kind is ContactGroup else ()
-    return SegmentSystem(system.bodies, system.motions, groups, contacts, system.pair_names)
+    return SegmentSystem(system.bodies, system.motions, groups, system.pair_names)
 
 
 def surfaces_of(system: SegmentSystem) -> SurfaceContacts:

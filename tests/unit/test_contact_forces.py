@@ -13,6 +13,7 @@ from fsm.builders.strip import build_strip
 from fsm.case.models.case import Case
 from fsm.interactions.surfaces.surface import STRAIGHT, TIP, overshoot
 from fsm.kernels.rotation import rotation_matrix
+from fsm.model.bodies.group import BodyState
 from fsm.model.compile.compile import compile_scene
 from fsm.model.contact.contacts import ContactGroup
 from fsm.model.contact.surfaces.surface_contacts import SurfaceContacts
@@ -73,7 +74,7 @@ def contact_force(system: SegmentSystem, q: np.ndarray, u: np.ndarray) -> tuple[
     """Contact forces on all bodies, and the poses of the bodies."""
     poses, rates = system.place(0.0, q, u)
     force = np.zeros_like(rates)
-    only_contacts(system).add_force(0.0, poses, rates, force)
+    only_contacts(system).add_force(BodyState(0.0, poses, rates), force)
     return force, poses
 
 
@@ -119,7 +120,7 @@ def test_force_is_minus_the_slope_of_the_contact_energy(spatial: bool, thick: bo
     contacts = only_contacts(system)
 
     def energy(dx: np.ndarray) -> float:
-        return contacts.energy(0.0, *system.place(0.0, system.retract(q, dx), rest))[0]["contact"]
+        return contacts.energy(system.state(0.0, system.retract(q, dx), rest))[0]["contact"]
 
     force = contact_force(system, q, rest)[0][system.bodies.free].ravel()
     assert np.count_nonzero(force) > 10
@@ -190,7 +191,7 @@ def test_force_on_a_tip_is_minus_the_slope_of_the_contact_energy(
     contacts = only_contacts(system)
 
     def energy(dx: np.ndarray) -> float:
-        return contacts.energy(0.0, *system.place(0.0, system.retract(q, dx), rest))[0]["contact"]
+        return contacts.energy(system.state(0.0, system.retract(q, dx), rest))[0]["contact"]
 
     force = contact_force(system, q, rest)[0][system.bodies.free].ravel()
     assert np.abs(force).max() > 0.1
@@ -211,7 +212,7 @@ def test_planar_and_spatial_contact_agree_on_a_tip(past: float, straight: float,
         planar = [6 * body + c for body in range(system.n_free) for c in (0, 2, 4)]
         columns = planar if spatial else list(range(system.nu))
         u.ravel()[columns] = 0.1 * np.random.default_rng(6).normal(size=len(columns))
-        alone = SegmentSystem(system.bodies, system.motions, (only_contacts(system),), system.contacts, system.pair_names)
+        alone = SegmentSystem(system.bodies, system.motions, (only_contacts(system),), system.pair_names)
         matrices = [matrix.toarray()[np.ix_(columns, columns)] for matrix in alone.tangent(0.0, q, u.ravel())]
         results.append([alone.force(0.0, q, u.ravel())[columns], *matrices])
     for one, other in zip(*results, strict=True):
@@ -234,7 +235,7 @@ def test_dissipation_is_what_damping_and_friction_take(spatial: bool) -> None:
     system = pressed_strip(spatial, friction=True, damping=5.0)
     q, u = pressed(system, seed=5), 0.1 * np.random.default_rng(5).normal(size=system.nu)
     poses, rates = system.place(0.0, q, u)
-    power = only_contacts(system).energy(0.0, poses, rates)[1]
+    power = only_contacts(system).energy(BodyState(0.0, poses, rates))[1]
     moving, resting = contact_force(system, q, u)[0], contact_force(system, q, 0 * u)[0]
     # the driven panel does not touch; the elastic part is the same without motion
     assert power == pytest.approx(-float(np.sum((moving - resting) * rates)), rel=1e-10)

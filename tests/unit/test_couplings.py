@@ -16,7 +16,7 @@ from fsm.case.models.case import Case
 from fsm.case.models.coupling import OWN_COUPLINGS
 from fsm.case.models.scene import Scene
 from fsm.errors import CaseError
-from fsm.model.bodies.group import PreviousPoses
+from fsm.model.bodies.group import BlockSums, BodyState, PreviousPoses
 from fsm.model.bodies.pattern import body_pattern
 from fsm.model.compile import compile_couplings
 from fsm.model.compile.compile import compile_scene
@@ -79,17 +79,17 @@ def test_force_energy_and_tangent_agree(sort: str, past: bool) -> None:
     def force(x: np.ndarray, v: np.ndarray) -> np.ndarray:
         poses, rates = system.place(0.0, system.retract(q, x), v)
         out = np.zeros(rates.shape)
-        group.add_force(0.0, poses, rates, out, since)
+        group.add_force(BodyState(0.0, poses, rates, since), out)
         return out[system.bodies.free].ravel()
 
     def energy(x: np.ndarray) -> float:
         poses, rates = system.place(0.0, system.retract(q, x), None)
-        return group.energy(0.0, poses, rates)[0]["panels"]
+        return group.energy(BodyState(0.0, poses, rates))[0]["panels"]
 
     zero, step = np.zeros(system.nu), 1e-6
     poses, rates = system.place(0.0, q, u)
     out, stiffness, damping = np.zeros(rates.shape), pattern.zeros(), pattern.zeros()
-    group.add_linearised(0.0, poses, rates, pattern, out, stiffness, damping, since)
+    group.add_linearised(BodyState(0.0, poses, rates, since), BlockSums(pattern, out, stiffness, damping))
     np.testing.assert_array_equal(out[system.bodies.free].ravel(), force(zero, u))
     scale = np.abs(out).max()
     still = np.zeros(len(u))
@@ -104,7 +104,7 @@ def test_force_energy_and_tangent_agree(sort: str, past: bool) -> None:
         if not past:
             column = -(force(zero, u + x) - force(zero, u - x)) / (2.0 * step)
             np.testing.assert_allclose(dense(pattern, damping)[:, k], column, atol=1e-7 * scale)
-    _, lost, _ = group.energy(0.0, poses, rates, since)
+    _, lost, _ = group.energy(BodyState(0.0, poses, rates, since))
     _, efforts = group.states(0.0, poses, rates)
     assert np.abs(efforts).max() > 0.1 and (lost > 0.0) == (sort != "ideal")
 

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from fsm.case.loading.load_case import load_case
 from fsm.kernels.body_poses import retract_poses
-from fsm.model.bodies.group import PreviousPoses
+from fsm.model.bodies.group import BlockSums, BodyState, PreviousPoses
 from fsm.model.bodies.pattern import body_pattern
 from fsm.model.elements.elements import BushingGroup
 from fsm.run.run_case import run_case
@@ -51,7 +51,7 @@ def joint(swing: float, seed: int, translations: float = 1.0) -> tuple[BushingGr
 
 def force_of(group: BushingGroup, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None) -> np.ndarray:
     force = np.zeros((2, 6))
-    group.add_force(0.0, poses, rates, force, past)
+    group.add_force(BodyState(0.0, poses, rates, past), force)
     return force
 
 
@@ -69,7 +69,7 @@ def tangents(
 ) -> tuple[np.ndarray, np.ndarray]:
     pattern = body_pattern(np.array([0, 1]), [BODIES], 6)
     force, stiffness, damping = np.zeros((2, 6)), pattern.zeros(), pattern.zeros()
-    group.add_linearised(0.0, poses, rates, pattern, force, stiffness, damping, past)
+    group.add_linearised(BodyState(0.0, poses, rates, past), BlockSums(pattern, force, stiffness, damping))
     np.testing.assert_allclose(force, force_of(group, poses, rates, past), atol=1e-12)
     whole = [np.zeros((12, 12)), np.zeros((12, 12))]
     for i, (first, last) in enumerate(itertools.pairwise(pattern.indptr)):
@@ -124,8 +124,8 @@ def test_efforts_to_first_order(swing: float) -> None:
 @SWINGS
 def test_power_is_what_the_dampers_take(swing: float) -> None:
     group, poses, rates = joint(swing, 3)
-    energy, power, _ = group.energy(0.0, poses, rates)
-    still, _, _ = group.energy(0.0, poses, 0.0 * rates)
+    energy, power, _ = group.energy(BodyState(0.0, poses, rates))
+    still, _, _ = group.energy(BodyState(0.0, poses, 0.0 * rates))
     springs = force_of(group, poses, 0.0 * rates)
     assert power == pytest.approx(-float(np.sum((force_of(group, poses, rates) - springs) * rates)), rel=1e-12)
     assert energy == still
@@ -163,9 +163,9 @@ def test_differences_from_a_past_state(swing: float, half_way: bool) -> None:
     since = joint_axes.inv() * inner * earlier.inv()
     moment = joint_axes.apply(DAMPING * since.as_rotvec() / 0.1)
     force = np.zeros((2, 6))
-    group.add_force(0.0, poses, rates, force, past)
+    group.add_force(BodyState(0.0, poses, rates, past), force)
     np.testing.assert_allclose(force[:, 3:], [-inner.inv().apply(moment), outer.inv().apply(moment)], atol=1e-10)
-    _, power, _ = group.energy(0.0, poses, rates, past)
+    _, power, _ = group.energy(BodyState(0.0, poses, rates, past))
     assert power == pytest.approx(float(moment @ moment) / DAMPING, rel=1e-10)
 
 

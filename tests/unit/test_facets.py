@@ -49,7 +49,9 @@ def stiffness(facets: FacetGroup, q: np.ndarray, efforts: np.ndarray | None = No
     pattern = node_pattern(len(POINTS), 9, [facets], [])
     data, damping = pattern.zeros(), pattern.zeros()
     slots = slots_of(np.ascontiguousarray(VECTORS), 9, pattern.indptr, pattern.indices)
-    facets.add_linearised(q, None, slots, np.zeros(len(q)), data, damping, efforts)
+    facets.give_efforts(efforts)
+    facets.add_linearised(q, None, slots, np.zeros(len(q)), data, damping)
+    facets.give_efforts(None)
     assert not damping.any()
     return BlockMatrix(pattern, data).bsr().toarray()
 

@@ -115,7 +115,7 @@ def test_action_and_reaction_of_a_film() -> None:
     system, q, u = in_contact()
     forces = np.zeros(system.place(0.0, q, u)[1].shape)
     for group in system.contacts:
-        group.add_force(0.0, *system.place(0.0, q, u), forces)
+        group.add_force(system.state(0.0, q, u), forces)
     assert np.abs(forces[:, 2]).max() > 0.1
     assert np.allclose(forces[:, :3].sum(axis=0), 0.0, atol=1e-12)
 

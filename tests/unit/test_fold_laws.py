@@ -113,7 +113,7 @@ def test_energy_of_moving_rest_angles() -> None:
     moving.at(1.0, None)  # half of the time
     np.testing.assert_allclose(moving.moments(q), still.moments(q) - 0.35 * np.array([2.0, 5.0, 1.5]), rtol=1e-12)
     power = (force_of(moving, q, None) - force_of(still, q, None)) @ u
-    assert moving.powers(q, u).load == pytest.approx(power, rel=1e-12)
+    assert moving.put_in(q, u) == pytest.approx(power, rel=1e-12)
     assert moving.energy(q, u)[0] == still.energy(q, u)[0]
 
 
@@ -158,12 +158,12 @@ def test_work_of_a_crease_with_hysteresis_is_stored_or_dissipated() -> None:
         moments = [one.moments(flap(x, side))[0] for x in fine]  # from the memory at the begin: one monotonic step
         work += float(np.trapezoid(moments, fine))
         one.at(t + 1.0, (t, flap(psi, side)))
-        powers = one.powers(flap(end, side), np.zeros(12))
-        assert powers.sliding == powers.dissipated >= 0.0
-        lost += powers.sliding
+        slid = one.slid(flap(end, side), np.zeros(12))
+        assert slid >= 0.0 == one.energy(flap(end, side), np.zeros(12))[1]
+        lost += slid
         t, psi = t + 1.0, end
         one.commit(t, flap(psi, side))
-        assert one.powers(flap(psi, side), np.zeros(12)).sliding == powers.sliding  # after the step is accepted
+        assert one.slid(flap(psi, side), np.zeros(12)) == slid  # after the step is accepted
     one.at(t, None)
     assert lost > 0.5
     assert work == pytest.approx(one.energy(flap(psi, side), None)[0] - begin + lost, rel=1e-5)

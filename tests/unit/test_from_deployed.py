@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from fsm.model.nodes.facets.crease_line import CreaseLineGroup
+from fsm.model.nodes.facets.crease_line import crease_line
 from fsm.model.nodes.films.film import FilmMaterial
 from fsm.model.nodes.system.from_deployed import CreaseLine, DeployedStrip, deployed_mesh
 from fsm.model.nodes.system.system import AncfSystem
@@ -76,7 +76,7 @@ def test_tangents_of_a_crease_line(turn: float, viscosity: float) -> None:
     slopes = np.array([[1.0, 0.0, 0.0], [np.cos(turn), 0.0, np.sin(turn)], [0.0, 1.0, 0.0]])
     rng = np.random.default_rng(1)
     q, u = (np.tile(slopes, (2, 1)) + 0.05 * rng.standard_normal((6, 3))).ravel(), rng.standard_normal(18)
-    lines = CreaseLineGroup(
+    lines = crease_line(
         3 * np.arange(6).reshape(2, 3), np.array([0.7, 1.3]), np.array([0.1, -0.2]), np.full(2, turn), viscosity
     )
     slots = np.array([[[9 * 6 * i + 9 * j for j in group] for i in group] for group in ((0, 1, 2), (3, 4, 5))])

@@ -9,6 +9,7 @@ from fsm.case.models.flexible import SceneCable, SceneFilm, SceneFrame
 from fsm.case.models.loads import Drive, Load
 from fsm.case.models.scene import Body, ForceElement, Plate, Scene
 from fsm.kernels.body_poses import pose_difference
+from fsm.model.bodies.group import BodyState
 from fsm.model.compile.compile_joined import compile_model
 from fsm.model.joined.system import JoinedSystem
 
@@ -128,7 +129,7 @@ def test_force_without_damping_is_the_slope_of_the_energy() -> None:
         slope[k] = (energy(step) - energy(-step)) / 2e-6
     poses, rates = system.place(0.0, q, None)
     forces = np.zeros(rates.shape)
-    load.add_force(0.0, poses, rates, forces)
+    load.add_force(BodyState(0.0, poses, rates), forces)
     applied = system._generalised(0.0, q, None, None, forces, whole=False)
     found = system.force(0.0, q, None) - applied
     assert np.allclose(found[free], -slope[free], rtol=1e-5, atol=1e-6 * np.abs(slope).max())

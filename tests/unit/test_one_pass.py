@@ -16,7 +16,7 @@ from fsm.interactions.pose_spatial import tangent_pose_spatial
 from fsm.kernels.body_poses import retract_poses
 from fsm.kernels.scatter import scatter_efforts
 from fsm.laws.crease import crease_moment, curve_from_data, join_curves
-from fsm.model.bodies.group import PreviousPoses
+from fsm.model.bodies.group import BlockSums, BodyState, PreviousPoses
 from fsm.model.bodies.pattern import BodyPattern, body_pattern
 from fsm.model.elements.creases import CreaseGroup
 from fsm.model.elements.elements import BushingGroup
@@ -114,9 +114,9 @@ def in_one_pass(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The entries are added to existing values, so overwriting would be seen."""
     force, stiffness, damping = np.ones_like(rates), pattern.zeros() + 1.0, pattern.zeros() + 1.0
-    group.add_linearised(0.0, poses, rates, pattern, force, stiffness, damping, past)
+    group.add_linearised(BodyState(0.0, poses, rates, past), BlockSums(pattern, force, stiffness, damping))
     alone = np.ones_like(rates)
-    group.add_force(0.0, poses, rates, alone, past)
+    group.add_force(BodyState(0.0, poses, rates, past), alone)
     np.testing.assert_allclose(alone, force, rtol=1e-13, atol=1e-13 * np.abs(force).max())
     return force - 1.0, stiffness - 1.0, damping - 1.0
 
@@ -171,7 +171,7 @@ def test_dissipated_power_with_a_past(kind: str, spatial: bool) -> None:
     poses, past = random_poses(spatial, rng, 0.5), PreviousPoses(random_poses(spatial, rng, 0.5), 0.3)
     rates = np.zeros((len(DOF), 6 if spatial else 3))
     now, then = (group.measure(p, rates, BODIES, *group.geometry)[0] for p in (poses, past.poses))
-    _, power, _ = group.energy(0.0, poses, rates, past)
+    _, power, _ = group.energy(BodyState(0.0, poses, rates, past))
     assert power == pytest.approx(np.sum(group.damping * ((now - then) / 0.3) ** 2), rel=1e-12)
 
 
@@ -223,9 +223,10 @@ def test_given_efforts_are_in_the_geometric_stiffness_alone(spatial: bool, seen:
     pattern = body_pattern(DOF, [BODIES], rates.shape[1])
 
     def linearised(efforts: np.ndarray | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        sums = np.zeros_like(rates), pattern.zeros(), pattern.zeros()
-        group.add_linearised(0.0, poses, rates, pattern, *sums, past, efforts)
-        return sums
+        at = BodyState(0.0, poses, rates, past)
+        sums = BlockSums.zero(pattern, at)
+        group.add_linearised(at, sums, efforts)
+        return sums.force, sums.stiffness, sums.damping
 
     force, stiffness, damping = linearised(None)
     value, rate, _ = group.measure(poses, rates, BODIES, *group.geometry)
@@ -251,7 +252,7 @@ def test_stored_energy_and_gaps(spatial: bool, missing: str) -> None:
     value, rate, _ = group.measure(poses, rates, BODIES, *group.geometry)
     energy = 0.5 * np.sum(group.stiffness * (value - group.rest) ** 2, axis=1)
     power = float(np.sum(group.damping * rate**2))
-    stored, lost, gained = group.energy(0.0, poses, rates)
+    stored, lost, gained = group.energy(BodyState(0.0, poses, rates))
     assert stored["panels"] == pytest.approx(energy.sum(), rel=1e-12)
     assert lost == pytest.approx(power, rel=1e-12)
     assert gained == 0.0

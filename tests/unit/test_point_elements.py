@@ -9,6 +9,7 @@ from fsm.errors import CaseError
 from fsm.extend import PointKind, add_point_element
 from fsm.kernels.body_poses import retract_poses
 from fsm.kernels.rotation import rotation_matrix
+from fsm.model.bodies.group import BlockSums, BodyState
 from fsm.model.bodies.pattern import body_pattern
 from fsm.model.elements.point_elements import PointGroup
 
@@ -60,9 +61,9 @@ def test_force_and_tangent_follow_from_the_energy(model):
     group, poses = model
     pattern = body_pattern(np.array([-1, 0, 1]), [group.pairs(poses)[0]], 6)
     rates, force, stiffness = np.zeros((3, 6)), np.zeros((3, 6)), pattern.zeros()
-    group.add_linearised(0.0, poses, rates, pattern, force, stiffness, pattern.zeros())
+    group.add_linearised(BodyState(0.0, poses, rates), BlockSums(pattern, force, stiffness, pattern.zeros()))
     alone = np.zeros((3, 6))
-    group.add_force(0.0, poses, rates, alone)
+    group.add_force(BodyState(0.0, poses, rates), alone)
     np.testing.assert_array_equal(alone, force)
     dense = np.zeros((12, 12))
     for row, column, block in zip(pattern.rows, pattern.indices, stiffness, strict=True):
@@ -72,11 +73,11 @@ def test_force_and_tangent_follow_from_the_energy(model):
         dx = np.zeros(12)
         dx[k] = step
         ends = [moved(poses, sign * dx) for sign in (1.0, -1.0)]
-        energies = [sum(group.energy(0.0, end, rates)[0].values()) for end in ends]
+        energies = [sum(group.energy(BodyState(0.0, end, rates))[0].values()) for end in ends]
         assert force[1:].ravel()[k] == pytest.approx(-(energies[0] - energies[1]) / (2 * step), rel=1e-6, abs=1e-7)
         forces = [np.zeros((3, 6)), np.zeros((3, 6))]
         for end, out in zip(ends, forces, strict=True):
-            group.add_force(0.0, end, rates, out)
+            group.add_force(BodyState(0.0, end, rates), out)
         difference = -(forces[0] - forces[1])[1:].ravel() / (2 * step)
         np.testing.assert_allclose(dense[:, k], difference, rtol=1e-6, atol=1e-6)
 
@@ -84,7 +85,7 @@ def test_force_and_tangent_follow_from_the_energy(model):
 def test_forces_have_no_resultant(model):
     group, poses = model
     force = np.zeros((3, 6))
-    group.add_force(0.0, poses, np.zeros((3, 6)), force)
+    group.add_force(BodyState(0.0, poses, np.zeros((3, 6))), force)
     np.testing.assert_allclose(force[:, :3].sum(axis=0), 0.0, atol=1e-12)
     axes = [rotation_matrix(pose[3:]) for pose in poses]
     moment = sum(np.cross(pose[:3], row[:3]) + turn @ row[3:] for pose, row, turn in zip(poses, force, axes, strict=True))

@@ -8,6 +8,7 @@ import pytest
 from fsm.case.models.contact import Contact
 from fsm.interactions.contact.contact_depths import advance_depths
 from fsm.laws.normal import NORMAL_LAWS
+from fsm.model.bodies.group import BlockSums, BodyState
 from fsm.model.contact.contact_memory import ContactDepths
 from fsm.model.system.system import SegmentSystem
 from tests.unit.test_contact_forces import SPATIAL, only_contacts, pressed, pressed_strip
@@ -59,7 +60,8 @@ def test_at_another_depth_the_force_is_on_the_tangent_of_the_law_there(spatial: 
     def acting(depths: ContactDepths | None) -> np.ndarray:
         pattern = system.linearise(TIME, q, u).stiffness.pattern
         force = np.zeros(rates.shape)
-        group.add_linearised(TIME, poses, rates, pattern, force, pattern.zeros(), pattern.zeros(), None, depths)
+        at = BodyState(TIME, poses, rates)
+        group.add_linearised(at, BlockSums(pattern, force, pattern.zeros(), pattern.zeros()), depths)
         return force
 
     # at half of every depth: sqrt(1/8) + 1.5 sqrt(1/2) 1/2 of the normal force and of the friction
@@ -126,7 +128,7 @@ def test_a_contact_that_has_opened_is_held_until_it_would_pull() -> None:
     held = (ContactDepths(closest, np.array([1e-6]), 0.0),)
     pattern = system.linearise(TIME, q, None).stiffness.pattern
     force = np.zeros(rates.shape)
-    group.add_linearised(TIME, poses, rates, pattern, force, pattern.zeros(), pattern.zeros(), None, held[0])
+    group.add_linearised(BodyState(TIME, poses, rates), BlockSums(pattern, force, pattern.zeros(), pattern.zeros()), held[0])
     assert np.abs(force).max() > 0.0  # drawn together, as far as this iteration moves them
     together = np.zeros((system.n_free, 3))
     for row, body in enumerate(system.bodies.free):
@@ -151,7 +153,8 @@ def test_new_contacts_are_taken_no_deeper_than_the_largest_reaction_presses_them
     def linearised(known: ContactDepths) -> np.ndarray:
         """Depths at which the law is linearised."""
         force = np.zeros(rates.shape)
-        group.add_linearised(TIME, poses, rates, pattern, force, pattern.zeros(), pattern.zeros(), None, known)
+        at = BodyState(TIME, poses, rates)
+        group.add_linearised(at, BlockSums(pattern, force, pattern.zeros(), pattern.zeros()), known)
         assert group.geometry.keys(group.geometry.common.slot[: len(key)]).tolist() == key.tolist()
         return group.geometry.common.at[: len(key)].copy()
 

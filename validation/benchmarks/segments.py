@@ -11,6 +11,7 @@ from contextlib import suppress
 import numpy as np
 
 from fsm.case.models.scene import Scene
+from fsm.model.bodies.group import BlockSums, BodyState
 from fsm.model.bodies.pattern import body_pattern
 from fsm.model.compile.compile import compile_scene
 from fsm.model.system.system import SegmentSystem
@@ -153,11 +154,11 @@ def contact_forces(system: SegmentSystem, repeat: int) -> list[float]:
     pattern = body_pattern(dof, [group.pairs(poses)[0] for group in system.contacts], system.size)
     times = []
     for _ in range(max(5, repeat) + 1):
-        sums = np.zeros(rates.shape), pattern.zeros(), pattern.zeros()
-        here = poses.copy()  # for the identical array, the contacts would come from the cache
+        here = BodyState(0.0, poses.copy(), rates)  # for the identical array, the contacts would come from the cache
+        sums = BlockSums.zero(pattern, here)
         begun = time.process_time()
         for group in system.contacts:
-            group.add_linearised(0.0, here, rates, pattern, *sums)
+            group.add_linearised(here, sums)
         times.append(time.process_time() - begun)
     return times[1:]
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fsm.kernels.blocks import LowRank
 from fsm.model.bodies.pattern import BodyPattern
 
 
@@ -15,6 +16,32 @@ class PreviousPoses(NamedTuple):
 
     poses: np.ndarray
     duration: float
+
+
+class BodyState(NamedTuple):
+    """State of all bodies at a time (s): poses (n_bodies, 3 or 7) and rates (n_bodies, 3 or 6).
+
+    With a past state, rates of deformation are differences from that state, without an error from finite rotations.
+    """
+
+    t: float
+    poses: np.ndarray
+    rates: np.ndarray
+    past: PreviousPoses | None = None
+
+
+class BlockSums(NamedTuple):
+    """Sums to which groups add: generalised forces (n_bodies, 3 or 6), and -dh/dx and -dh/du as block data of a pattern."""
+
+    pattern: BodyPattern
+    force: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+
+    @classmethod
+    def zero(cls, pattern: BodyPattern, at: BodyState) -> BlockSums:
+        """Empty sums for a state."""
+        return cls(pattern, np.zeros(at.rates.shape), pattern.zeros(), pattern.zeros())
 
 
 class GroupSteps(NamedTuple):
@@ -27,12 +54,7 @@ class GroupSteps(NamedTuple):
 
 
 class Group(ABC):
-    """Batch of interactions of one kind.
-
-    Poses and rates include all bodies, (n_bodies, 3 or 7) and (n_bodies, 3 or 6).
-
-    With a past state, rates of deformation are differences from that state, without an error from finite rotations.
-    """
+    """Batch of interactions of one kind."""
 
     @property
     def rate_dependent(self) -> bool:
@@ -40,34 +62,31 @@ class Group(ABC):
         return False
 
     @abstractmethod
-    def add_force(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
-    ) -> None:
+    def add_force(self, at: BodyState, force: np.ndarray) -> None:
         """Add generalised forces to `force` (n_bodies, 3 or 6)."""
 
     @abstractmethod
-    def add_linearised(
-        self,
-        t: float,
-        poses: np.ndarray,
-        rates: np.ndarray,
-        pattern: BodyPattern,
-        force: np.ndarray,
-        stiffness: np.ndarray,
-        damping: np.ndarray,
-        past: PreviousPoses | None = None,
-    ) -> None:
-        """Add the forces to `force`, and -dh/dx and -dh/du to the block data."""
+    def add_linearised(self, at: BodyState, sums: BlockSums) -> None:
+        """Add the forces and their derivatives."""
 
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
         """Add the explicit time derivative of the forces at rest, N/s and N m/s; by default none."""
         return
 
     @abstractmethod
-    def energy(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
-    ) -> tuple[dict[str, float], float, float]:
+    def energy(self, at: BodyState) -> tuple[dict[str, float], float, float]:
         """Potential energy by category (J), dissipated power (W), input power (W)."""
+
+    @property
+    def low_rank(self) -> LowRank | None:
+        """Part of -dh/dx at the last tangent that joins all bodies, with vectors (k, n_bodies, 3 or 6), flat; by default
+        none.
+        """
+        return None
+
+    def load_displacements(self, start: BodyState, end: BodyState) -> dict[str, tuple[float, float]]:
+        """Loads of the group, see `SegmentSystem.load_displacements`; by default none."""
+        return {}
 
     def break_times(self) -> set[float]:
         """Times at which a function of time of the group is not smooth, s; by default none."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -12,7 +13,7 @@ from fsm.interactions.applied import add_applied, add_applied_stiffness, applied
 from fsm.kernels.body_poses import pose_difference
 from fsm.kernels.programs import Program
 from fsm.kernels.rotation import rotation_matrix
-from fsm.model.bodies.group import Group, PreviousPoses
+from fsm.model.bodies.group import BlockSums, BodyState, Group
 from fsm.model.bodies.pattern import BodyPattern
 from fsm.model.bodies.time_function import time_function
 from fsm.text.load_names import MOMENT, force_name
@@ -112,37 +113,39 @@ class LoadGroup(Group):
         rows = pattern.dof[self.arrays[0]]
         return np.where(rows < 0, -1, pattern.diagonal[rows])
 
-    def add_force(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
-    ) -> None:
+    def add_force(self, at: BodyState, force: np.ndarray) -> None:
         """See `Group`."""
         if self.loads:
-            add_applied(poses, *self.arrays, self._factors(t), force)
+            add_applied(at.poses, *self.arrays, self._factors(at.t), force)
 
-    def add_linearised(
-        self,
-        t: float,
-        poses: np.ndarray,
-        rates: np.ndarray,
-        pattern: BodyPattern,
-        force: np.ndarray,
-        stiffness: np.ndarray,
-        damping: np.ndarray,
-        past: PreviousPoses | None = None,
-    ) -> None:
+    def add_linearised(self, at: BodyState, sums: BlockSums) -> None:
         """See `Group`."""
-        self.add_force(t, poses, rates, force)
-        add_applied_stiffness(poses, *self.arrays, self._factors(t), self.slots(pattern), stiffness)
+        self.add_force(at, sums.force)
+        add_applied_stiffness(at.poses, *self.arrays, self._factors(at.t), self.slots(sums.pattern), sums.stiffness)
+
+    def load_displacements(self, start: BodyState, end: BodyState) -> dict[str, tuple[float, float]]:
+        """See `Group`; the parts of a load on several vertices or along an edge are one load, whose displacement is the mean
+        over the parts, weighted by their sizes. A name that occurs again gets a number.
+        """
+        parts, occurred = dict[str, list[tuple[float, float, float]]](), Counter[str]()
+        for load in self.loads:
+            occurred[load.name] += 1
+            number = f"#{occurred[load.name]}" if occurred[load.name] > 1 else ""
+            part = load.size(end.t), load.moved(start.poses[load.body], end.poses[load.body]), load.full_size
+            parts.setdefault(load.called + number, []).append(part)
+        found = {}
+        for name, of in parts.items():
+            size, way, weight = np.array(of).T
+            found[name] = float(size.sum()), float(way @ weight / weight.sum()) if weight.any() else float(way.mean())
+        return found
 
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
         """See `Group`."""
         add_applied(poses, *self.arrays, np.array([load.time.at(t)[1] for load in self.loads]), force_rate)
 
-    def energy(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
-    ) -> tuple[dict[str, float], float, float]:
+    def energy(self, at: BodyState) -> tuple[dict[str, float], float, float]:
         """See `Group`; loads count as input power, not as potential energy."""
-        return {}, 0.0, applied_power(poses, rates, *self.arrays, self._factors(t)) if self.loads else 0.0
+        return {}, 0.0, applied_power(at.poses, at.rates, *self.arrays, self._factors(at.t)) if self.loads else 0.0
 
 
 def _planar_rotation(angle: float) -> np.ndarray:
@@ -157,29 +160,15 @@ class GravityGroup(Group):
     mass: np.ndarray
     acceleration: np.ndarray
 
-    def add_force(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
-    ) -> None:
+    def add_force(self, at: BodyState, force: np.ndarray) -> None:
         """See `Group`."""
         force[:, : len(self.acceleration)] += self.mass[:, None] * self.acceleration
 
-    def add_linearised(
-        self,
-        t: float,
-        poses: np.ndarray,
-        rates: np.ndarray,
-        pattern: BodyPattern,
-        force: np.ndarray,
-        stiffness: np.ndarray,
-        damping: np.ndarray,
-        past: PreviousPoses | None = None,
-    ) -> None:
+    def add_linearised(self, at: BodyState, sums: BlockSums) -> None:
         """See `Group`; a uniform field has no stiffness."""
-        self.add_force(t, poses, rates, force)
+        self.add_force(at, sums.force)
 
-    def energy(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
-    ) -> tuple[dict[str, float], float, float]:
+    def energy(self, at: BodyState) -> tuple[dict[str, float], float, float]:
         """See `Group`."""
-        height = poses[:, : len(self.acceleration)] @ self.acceleration
+        height = at.poses[:, : len(self.acceleration)] @ self.acceleration
         return {"gravity": -float(self.mass @ height)}, 0.0, 0.0

@@ -28,7 +28,6 @@ from fsm.model.compile.compile_contacts import Compiled, compile_contacts
 from fsm.model.compile.compile_couplings import coupling_groups
 from fsm.model.compile.compile_joint_forces import cord_groups, joint_forces
 from fsm.model.compile.compile_joints import joint_group
-from fsm.model.contact.contacts import ContactGroup
 from fsm.model.elements.actuators import ActuatorGroup
 from fsm.model.elements.couplings import TWIST, CouplingGroup, Joints
 from fsm.model.elements.crease_curves import Hysteresis, curve_of, hysteresis_of
@@ -107,9 +106,7 @@ class SceneCompiler:
             system.in_python = InPython(("joints that act in some steps are apart in the system of all steps",))
         return system
 
-    def parts(
-        self,
-    ) -> tuple[Bodies, tuple[PrescribedMotion, ...], tuple[Group, ...], tuple[ContactGroup, ...], tuple[str, ...]]:
+    def parts(self) -> tuple[Bodies, tuple[PrescribedMotion, ...], tuple[Group, ...], tuple[str, ...]]:
         """Arguments of a system with these bodies."""
         motions = tuple(self._motion(drive) for drive in self.scene.drives)
         groups: list[Group] = []
@@ -135,7 +132,7 @@ class SceneCompiler:
             mass = np.array([body.mass for body in self.all_bodies])
             groups.append(GravityGroup(mass, np.array(self._vector(self.scene.gravity))))
         pair_names = tuple(f"{pair.first} - {pair.second}" for pair in self.scene.pairs) if contacts else ()
-        return bodies, motions, tuple(groups), contacts, pair_names
+        return bodies, motions, tuple(groups), pair_names
 
     # bodies ---------------------------------------------------------------------------------------------------------
 

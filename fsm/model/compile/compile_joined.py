@@ -22,10 +22,11 @@ from fsm.errors import CaseError, Fault
 from fsm.model.compile.compile import SceneCompiler, compile_scene
 from fsm.model.compile.fold_laws_of import fold_laws_of
 from fsm.model.faults.check_scene import check_scene
-from fsm.model.joined.chambers import Chambers, OrificeArea, Surface
-from fsm.model.joined.drawn_lines import DrawnLines
+from fsm.model.joined.chamber_surfaces import Surface
+from fsm.model.joined.chambers import Chambers, OrificeArea
+from fsm.model.joined.configuration import DrawnLines, Nodes
 from fsm.model.joined.frames import FramePoint, Frames, frame_maps
-from fsm.model.joined.panel_gas import PanelGas, PanelGasSystem
+from fsm.model.joined.panel_gas import PanelGas
 from fsm.model.joined.system import JoinedSystem
 from fsm.model.nodes.facets.folds import BETWEEN_POINTS, FoldGroup
 from fsm.model.nodes.facets.pressure import PressedFaces
@@ -84,9 +85,8 @@ def compile_model(scene: Scene, spatial: bool = False) -> SegmentSystem:
     compiler = SceneCompiler(scene, True, _mobility(scene, elements, frames))
     pressures = tuple(load for load in scene.loads if load.pressure is not None)
     faces = parts.pressed(scene)
-    chambers = parts.chambers(scene, faces)
-    joined = JoinedSystem(*compiler.parts(), elements, frames, parts.drawn(), faces, pressures, chambers)
-    return compiler.switched(joined)
+    nodes = Nodes(elements, frames, parts.drawn(), faces, parts.chambers(scene, faces))
+    return compiler.switched(JoinedSystem(*compiler.parts(), nodes, pressures))
 
 
 def _mobility(scene: Scene, elements: AncfSystem, frames: Frames) -> dict[str, np.ndarray]:
@@ -143,10 +143,10 @@ def _panels_with_gas(scene: Scene, panels: PanelSurface) -> SegmentSystem:
     ]
     gases = tuple(chamber.gas for chamber in scene.chambers)
     chambers = Chambers(gases, tuple(surfaces), tuple(areas), panels.start.ravel())
-    bodies, motions, groups, contacts, names = compiler.parts()
+    bodies, motions, groups, names = compiler.parts()
     rows = np.array([compiler.index[name] for name in panels.bodies], dtype=np.int64)
     gas = PanelGas(chambers, rows, np.ascontiguousarray(panels.points), len(bodies.names))
-    return compiler.switched(PanelGasSystem(bodies, motions, (*groups, gas), contacts, names))
+    return compiler.switched(SegmentSystem(bodies, motions, (*groups, gas), names))
 
 
 @dataclass(frozen=True)

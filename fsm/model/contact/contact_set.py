@@ -7,23 +7,23 @@ from functools import lru_cache
 
 import numpy as np
 
-from fsm.model.bodies.group import PreviousPoses
+from fsm.model.bodies.group import BodyState
 from fsm.model.contact.contacts import ContactGroup
 from fsm.solve.interface.records import PairState, StepRejection
 from fsm.text.shown_units import shown
 
 
 class ContactSet(tuple[ContactGroup, ...]):
-    """Contact groups of a scene; may be empty. Poses and rates include all bodies."""
+    """Contact groups of a scene; may be empty."""
 
     __slots__ = ()
 
     # memory ---------------------------------------------------------------------------------------------------------
 
-    def commit(self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None) -> None:
+    def commit(self, at: BodyState) -> None:
         """Update the memory of all groups after an accepted step."""
         for group in self:
-            group.commit(t, poses, rates, past)
+            group.commit(at)
 
     def memory(self) -> np.ndarray:
         """Memory of all groups, each preceded by its length."""
@@ -59,18 +59,16 @@ class ContactSet(tuple[ContactGroup, ...]):
         """Whether contacts that were active at the last linearisation are inactive at the last evaluated state."""
         return any(group.contacts_opened() for group in self)
 
-    def rejection(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, step: float | None, names: tuple[str, ...]
-    ) -> StepRejection | None:
+    def rejection(self, at: BodyState, step: float | None, names: tuple[str, ...]) -> StepRejection | None:
         """Reason to reject a step of this length, s, or None. In statics the length is None: impacts are not resolved."""
         for group in self:
-            crossed = group.geometry.crossed(poses)
+            crossed = group.geometry.crossed(at.poses)
             if crossed:
-                depth = -float(group.geometry.find(poses, 0.0).gap.min(initial=0.0))
+                depth = -float(group.geometry.find(at.poses, 0.0).gap.min(initial=0.0))
                 return StepRejection(0.5, f"{names[crossed[0]]} pass through each other (penetration {shown(depth, 'm')})")
         if step is None:
             return None
-        part = min((group.fraction_before_impacts(t, poses, rates, step) for group in self), default=1.0)
+        part = min((group.fraction_before_impacts(at, step) for group in self), default=1.0)
         return StepRejection(part) if part < 1.0 else None
 
     @property
@@ -83,28 +81,26 @@ class ContactSet(tuple[ContactGroup, ...]):
         for group in self:
             group.coarsen(factor)
 
-    def longest_step(self, t: float, poses: np.ndarray, rates: np.ndarray) -> float:
+    def longest_step(self, at: BodyState) -> float:
         """Longest step that resolves the impacts of all groups, s."""
-        return min((group.longest_step(t, poses, rates) for group in self), default=math.inf)
+        return min((group.longest_step(at) for group in self), default=math.inf)
 
     # results --------------------------------------------------------------------------------------------------------
 
-    def observe(self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None, pairs: int) -> PairState:
+    def observe(self, at: BodyState, pairs: int) -> PairState:
         """State of all contact pairs, combined from all groups."""
         if not self:
             return _no_contact(pairs)
-        first, *others = (group.observe(t, poses, rates, past) for group in self)
+        first, *others = (group.observe(at) for group in self)
         for other in others:
             first = first.joined(other)
         return first
 
-    def pair_power(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None, pairs: int
-    ) -> np.ndarray:
+    def pair_power(self, at: BodyState, pairs: int) -> np.ndarray:
         """Power that friction and damping of every pair dissipate, (2, pairs), W."""
         total = np.zeros((2, pairs))
         for group in self:
-            total += group.pair_power(t, poses, rates, past)
+            total += group.pair_power(at)
         return total
 
     def stats(self) -> dict[str, int]:

@@ -11,8 +11,7 @@ from fsm.interactions.contact.impacts import CORNER_WEIGHT
 from fsm.interactions.contact.pair_sums import AREA, CARRIED, DAMPING, FORCE, FRICTION, SLIDING, smallest_gaps
 from fsm.model.bodies import contact_arrays as rows
 from fsm.model.bodies.contact_arrays import FRICTION as HAS_FRICTION
-from fsm.model.bodies.group import Group, PreviousPoses
-from fsm.model.bodies.pattern import BodyPattern
+from fsm.model.bodies.group import BlockSums, BodyState, Group
 from fsm.model.contact.array_contact_state import (
     Weighed,
     add_forces,
@@ -139,37 +138,28 @@ class ContactGroup(Group):
 
     # forces ---------------------------------------------------------------------------------------------------------
 
-    def _evaluate(
-        self,
-        t: float,
-        poses: np.ndarray,
-        rates: np.ndarray,
-        past: PreviousPoses | None,
-        pressed: ContactDepths | None = None,
-    ) -> _Evaluated | None:
+    def _evaluate(self, at: BodyState, pressed: ContactDepths | None = None) -> _Evaluated | None:
         """Contacts of a state; cached for the same arrays (force, then energy)."""
         geometry = self.geometry
-        geometry.refresh(poses)  # first, so that slots keep their numbers
-        at, version = (poses, rates, pressed), (geometry.refreshes, geometry.touched)
-        if version != self._version or any(one is not other for one, other in zip(at, self._at, strict=True)):
-            self._found = self._find(t, poses, rates, past, pressed)
-            self._at, self._version = at, (geometry.refreshes, geometry.touched)
+        geometry.refresh(at.poses)  # first, so that slots keep their numbers
+        own, version = (at.poses, at.rates, pressed), (geometry.refreshes, geometry.touched)
+        if version != self._version or any(one is not other for one, other in zip(own, self._at, strict=True)):
+            self._found = self._find(at, pressed)
+            self._at, self._version = own, (geometry.refreshes, geometry.touched)
         return self._found
 
-    def _find(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None, pressed: ContactDepths | None
-    ) -> _Evaluated | None:
+    def _find(self, at: BodyState, pressed: ContactDepths | None) -> _Evaluated | None:
         geometry = self.geometry
         self.evaluations, geometry.touched = self.evaluations + 1, geometry.touched + 1  # for groups with the same table
         if pressed is None:
-            count = geometry.search(poses, 0.0)
+            count = geometry.search(at.poses, 0.0)
         else:
             geometry.press(pressed)
-            count = int(find_pressed(geometry.table, poses))
+            count = int(find_pressed(geometry.table, at.poses))
         if not count:
             return None
-        mean_rates, at_depths = past is not None, pressed is not None
-        found = evaluate(geometry.table, self._laws, float(t), poses, rates, mean_rates, count, at_depths)
+        mean_rates, at_depths = at.past is not None, pressed is not None
+        found = evaluate(geometry.table, self._laws, float(at.t), at.poses, at.rates, mean_rates, count, at_depths)
         return _Evaluated(count, *found)
 
     def pressed(self, most: float) -> ContactDepths:
@@ -177,28 +167,18 @@ class ContactGroup(Group):
         kept = self.geometry.contacts()
         return ContactDepths(kept.key, kept.depth, most)
 
-    def press(
-        self,
-        t: float,
-        poses: np.ndarray,
-        rates: np.ndarray,
-        change: np.ndarray,
-        past: PreviousPoses | None,
-        pressed: ContactDepths,
-    ) -> ContactDepths:
+    def press(self, at: BodyState, change: np.ndarray, pressed: ContactDepths) -> ContactDepths:
         """Depths after a change (n_bodies, 3 or 6) of the poses, to first order; contacts that would pull are released."""
-        found, geometry = self._evaluate(t, poses, rates, past, pressed), self.geometry
+        found, geometry = self._evaluate(at, pressed), self.geometry
         if found is None:
             return ContactDepths(pressed.key[:0], pressed.depth[:0], pressed.most)
-        depth = advanced(geometry.table, found.number, change, 0.0 if past is None else 1.0 / past.duration)
+        depth = advanced(geometry.table, found.number, change, 0.0 if at.past is None else 1.0 / at.past.duration)
         key, pressing = geometry.keys(geometry.common.slot[: found.number]), depth > 0.0
         return ContactDepths(key[pressing], depth[pressing], pressed.most)
 
-    def add_force(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
-    ) -> None:
+    def add_force(self, at: BodyState, force: np.ndarray) -> None:
         """See `Group`."""
-        found = self._evaluate(t, poses, rates, past)
+        found = self._evaluate(at)
         if found is not None:
             self._add_forces(found, force)
 
@@ -206,26 +186,15 @@ class ContactGroup(Group):
         table = self.geometry.table
         add_forces(table, found.weighed, taper_energy(table, self._laws, found.weighed.rows), found.number, force)
 
-    def add_linearised(
-        self,
-        t: float,
-        poses: np.ndarray,
-        rates: np.ndarray,
-        pattern: BodyPattern,
-        force: np.ndarray,
-        stiffness: np.ndarray,
-        damping: np.ndarray,
-        past: PreviousPoses | None = None,
-        pressed: ContactDepths | None = None,
-    ) -> None:
+    def add_linearised(self, at: BodyState, sums: BlockSums, pressed: ContactDepths | None = None) -> None:
         """See `Group`; with `pressed`, the normal law is linearised at those depths."""
-        found = self._evaluate(t, poses, rates, past, pressed)
+        found = self._evaluate(at, pressed)
         self._linearised = self._loaded_keys(found)
         if found is None:
             return
-        self._add_forces(found, force)
-        of_state = found.weighed, found.bristles, poses, rates, found.number, stiffness, damping
-        self.geometry.call_with(pattern, add_tangent, self._laws, *of_state)
+        self._add_forces(found, sums.force)
+        of_state = found.weighed, found.bristles, at.poses, at.rates, found.number, *sums[2:]
+        self.geometry.call_with(sums.pattern, add_tangent, self._laws, *of_state)
 
     def contacts_opened(self) -> bool:
         """Whether contacts that were active at the last linearisation are inactive at the last evaluated state."""
@@ -240,19 +209,17 @@ class ContactGroup(Group):
 
     # results --------------------------------------------------------------------------------------------------------
 
-    def energy(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
-    ) -> tuple[dict[str, float], float, float]:
+    def energy(self, at: BodyState) -> tuple[dict[str, float], float, float]:
         """See `Group`."""
-        found, g = self._evaluate(t, poses, rates, past), self.geometry.common
+        found, g = self._evaluate(at), self.geometry.common
         if found is None:
             return {"contact": 0.0}, 0.0, 0.0
         stored = self._laws.energy(-g.gap[: found.number], g.share_of[: found.number], None)
         return {"contact": float(stored.sum())}, float(self._sums(found.number)[SLIDING:].sum()), 0.0
 
-    def pair_power(self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None) -> np.ndarray:
+    def pair_power(self, at: BodyState) -> np.ndarray:
         """Power that friction and damping of every pair dissipate, (2, n_pairs), W."""
-        found = self._evaluate(t, poses, rates, past)
+        found = self._evaluate(at)
         return np.zeros((2, self.n_pairs)) if found is None else self._sums(found.number)[SLIDING:]
 
     def _sums(self, count: int) -> np.ndarray:
@@ -263,12 +230,12 @@ class ContactGroup(Group):
         """See `Group`."""
         return self.geometry.pairs(poses)
 
-    def observe(self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None) -> PairState:
+    def observe(self, at: BodyState) -> PairState:
         """State of the pairs in this group; gaps are at most the margin."""
         geometry, gap = self.geometry, np.full(self.n_pairs, self.geometry.margin)
-        near = geometry.find(poses, geometry.margin)
+        near = geometry.find(at.poses, geometry.margin)
         smallest_gaps(geometry.pair, near.slot, np.maximum(near.gap, 0.0), gap)
-        found = self._evaluate(t, poses, rates, past)
+        found = self._evaluate(at)
         if found is None:
             none = np.zeros(self.n_pairs)
             return PairState(none, gap, none, none, none, none, none)
@@ -278,11 +245,9 @@ class ContactGroup(Group):
         slip = np.divide(of_pair[CARRIED], force, out=np.zeros(self.n_pairs), where=force > 0.0)
         return PairState(force, gap, of_pair[AREA], of_pair[FRICTION], slip, of_pair[SLIDING], of_pair[DAMPING])
 
-    def normal_forces(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def normal_forces(self, at: BodyState) -> tuple[np.ndarray, np.ndarray]:
         """Slots in contact, and their normal forces, N."""
-        found, g = self._evaluate(t, poses, rates, past), self.geometry.common
+        found, g = self._evaluate(at), self.geometry.common
         count = 0 if found is None else found.number
         return g.slot[:count].copy(), g.normal_force[:count].copy()
 
@@ -293,11 +258,11 @@ class ContactGroup(Group):
 
     # memory ---------------------------------------------------------------------------------------------------------
 
-    def commit(self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None) -> None:
+    def commit(self, at: BodyState) -> None:
         """Update the memory after an accepted step: onset of contacts and deflection of bristles."""
-        found = self._evaluate(t, poses, rates, past)
+        found = self._evaluate(at)
         share = np.full(0 if found is None else found.number, CORNER_WEIGHT)
-        accept_group(self.geometry.table, self._unit_energies(share), float(t), poses, rates)
+        accept_group(self.geometry.table, self._unit_energies(share), float(at.t), at.poses, at.rates)
         self._changed()
 
     def _changed(self) -> None:
@@ -330,26 +295,26 @@ class ContactGroup(Group):
         """
         return np.inf if self.friction is None else _PRESLIDING * self.friction.presliding
 
-    def fraction_before_impacts(self, t: float, poses: np.ndarray, rates: np.ndarray, step: float) -> float:
+    def fraction_before_impacts(self, at: BodyState, step: float) -> float:
         """Fraction of a step that ends before its impacts begin; see `fsm.interactions.contact.impacts`."""
         geometry = self.geometry
         started = geometry.common.state[rows.STARTED] == 1 and self.resolves
-        found = self._evaluate(t, poses, rates, None) if started else None
+        found = self._evaluate(at) if started else None
         if found is None:
             return 1.0
         share = geometry.share[geometry.common.slot[: found.number]]
         return float(part_before_impacts(geometry.table, self._unit_energies(share), step))
 
-    def longest_step(self, t: float, poses: np.ndarray, rates: np.ndarray) -> float:
+    def longest_step(self, at: BodyState) -> float:
         """Longest step that resolves present and imminent impacts, s."""
         geometry = self.geometry
-        count = geometry.search(poses, geometry.margin) if self.resolves else 0
+        count = geometry.search(at.poses, geometry.margin) if self.resolves else 0
         if not count:
             return np.inf
         geometry.touched += 1
-        measure_slots(geometry.table, poses, rates, count)
+        measure_slots(geometry.table, at.poses, at.rates, count)
         of_unit = self._unit_energies(geometry.share[geometry.common.slot[:count]])
-        return float(longest_of_impacts(geometry.table, of_unit, float(t), rates))
+        return float(longest_of_impacts(geometry.table, of_unit, float(at.t), at.rates))
 
     def _unit_energies(self, share: np.ndarray) -> np.ndarray:
         return unit_energies(self.geometry.table, self._laws, share)

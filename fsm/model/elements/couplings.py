@@ -28,6 +28,7 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import address_of, call_at
 from fsm.kernels.scatter import add_block
 from fsm.model.bodies.arrays import DAMPING, DOF, FORCE, POSES, RATES, STIFFNESS, STORED, pattern_of
+from fsm.model.bodies.group import BodyState
 from fsm.model.elements.element_group import LAST, OWN, ElementGroup, ElementKernels, bodies_of
 
 _ENDS, _KINDS, _INNER, _OUTER, _OFFSET, _CALLS, KEPT, GRADIENTS, _HESSIANS = range(OWN, OWN + 9)
@@ -278,11 +279,7 @@ class CouplingGroup(ElementGroup):
     parameters: tuple[Any, ...]
     names: tuple[str, ...]
     categories: tuple[str, ...] = ("panels",)
-
-    @property
-    def kernels(self) -> ElementKernels:
-        """See `ElementGroup`."""
-        return KERNELS
+    kernels = KERNELS
 
     @property
     def last_shape(self) -> tuple[int, ...]:
@@ -340,7 +337,7 @@ class CouplingGroup(ElementGroup):
 
     def states(self, t: float, poses: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Coordinates (rad or m) and efforts (N m or N) of the joints of every element, (m, n) arrays."""
-        self.energy(t, poses, rates)
+        self.energy(BodyState(t, poses, rates))
         return self.arrays[ANGLES - OWN].copy(), self.arrays[EFFORTS - OWN].copy()
 
 

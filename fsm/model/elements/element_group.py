@@ -22,7 +22,7 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import address_of, call_at, pointers
 from fsm.kernels.scatter import pair_slots
 from fsm.model.bodies.arrays import DAMPING, DOF, FORCE, GAS, PATTERN, POSES, RATES, STEP, STIFFNESS, STORED, SWAP
-from fsm.model.bodies.group import Group, PreviousPoses
+from fsm.model.bodies.group import BlockSums, BodyState, Group, PreviousPoses
 from fsm.model.bodies.pattern import BodyPattern
 
 _BODIES, _SLOTS, LAST, OWN = range(4)
@@ -200,50 +200,37 @@ class ElementGroup(Group):
     def _alone(self) -> _Alone:
         return _Alone(self)
 
-    def _since(self, t: float, rates: np.ndarray, past: PreviousPoses | None) -> float:
+    def _since(self, at: BodyState) -> float:
         """Inverse of the time since a past state, 1/s, whose deformations are kept; zero at rest or in motion."""
+        alone, past = self._alone, at.past
         if past is None or not self.looks_back:
             return 0.0
-        alone = self._alone
         if alone.past is not past.poses:
-            alone.call("keep", t, 0.0, past.poses, rates, rates)
+            alone.call("keep", at.t, 0.0, past.poses, at.rates, at.rates)
             alone.past = past.poses
         return 1.0 / past.duration
 
-    def deformations_before(self, rates: np.ndarray, past: PreviousPoses | None) -> np.ndarray:
+    def deformations_before(self, rates: np.ndarray, past: PreviousPoses) -> np.ndarray:
         """Deformations at a past state."""
-        self._since(0.0, rates, past)
+        self._since(BodyState(0.0, past.poses, rates, past))
         return self._alone.last
 
-    def add_force(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
-    ) -> None:
+    def add_force(self, at: BodyState, force: np.ndarray) -> None:
         """See `Group`."""
-        self._alone.call("force", t, self._since(t, rates, past), poses, rates, force)
+        self._alone.call("force", at.t, self._since(at), at.poses, at.rates, force)
 
-    def add_linearised(
-        self,
-        t: float,
-        poses: np.ndarray,
-        rates: np.ndarray,
-        pattern: BodyPattern,
-        force: np.ndarray,
-        stiffness: np.ndarray,
-        damping: np.ndarray,
-        past: PreviousPoses | None = None,
-    ) -> None:
+    def add_linearised(self, at: BodyState, sums: BlockSums) -> None:
         """See `Group`."""
+        pattern, *of_blocks = sums
         self._alone.use(self, pattern)
-        self._alone.call("tangent", t, self._since(t, rates, past), poses, rates, force, stiffness, damping)
+        self._alone.call("tangent", at.t, self._since(at), at.poses, at.rates, *of_blocks)
 
-    def energy(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
-    ) -> tuple[dict[str, float], float, float]:
+    def energy(self, at: BodyState) -> tuple[dict[str, float], float, float]:
         """See `Group`."""
-        alone, per_second = self._alone, self._since(t, rates, past)
+        alone, state = self._alone, (at.t, self._since(at), at.poses, at.rates, at.rates)
         alone.stored[:] = 0.0
-        alone.call("stored", t, per_second, poses, rates, rates)
-        lost = alone.call("lost", t, per_second, poses, rates, rates)
+        alone.call("stored", *state)
+        lost = alone.call("lost", *state)
         panels, creases, put_in, _, gas = alone.stored.tolist()
         stored = {"panels": panels, "creases": creases, "gas": gas}
         return {name: stored[name] for name in self.categories}, lost, put_in
@@ -298,13 +285,13 @@ class ElementGroup(Group):
 
     # memory -----------------------------------------------------------------------------------------------------------
 
-    def part_of_step(self, t: float, poses: np.ndarray, rates: np.ndarray, step: float) -> float:
-        """Part of a step that ends at these poses up to its first event; 2 without one."""
-        return self._alone.call("part", t, step, poses, rates, rates) or 2.0
+    def part_of_step(self, at: BodyState, step: float) -> float:
+        """Part of a step that ends at a state up to its first event; 2 without one."""
+        return self._alone.call("part", at.t, step, at.poses, at.rates, at.rates) or 2.0
 
-    def commit(self, t: float, poses: np.ndarray, rates: np.ndarray) -> None:
+    def commit(self, at: BodyState) -> None:
         """Change the memory after an accepted step."""
-        self._alone.call("accept", t, 0.0, poses, rates, rates)
+        self._alone.call("accept", at.t, 0.0, at.poses, at.rates, at.rates)
 
     def memory(self) -> np.ndarray:
         """Memory as one flat array."""

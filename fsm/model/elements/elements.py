@@ -1,7 +1,8 @@
-"""Group of linear springs between two bodies: deformations, laws, and assembly of forces and tangents."""
+"""Groups of springs that each join two bodies: their common part, and linear springs."""
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,6 +14,7 @@ from fsm.interactions.bushing_planar import (
     COLUMNS_PLANAR,
     LOCKED,
     advance_efforts_planar,
+    deformations_pose_planar,
     force_pose_planar,
     linearise_pose_planar,
     pose_constants_planar,
@@ -22,6 +24,7 @@ from fsm.interactions.bushing_planar import (
 from fsm.interactions.bushing_spatial import (
     COLUMNS_SPATIAL,
     advance_efforts_spatial,
+    deformations_pose_spatial,
     force_pose_spatial,
     linearise_pose_spatial,
     pose_constants_spatial,
@@ -30,36 +33,95 @@ from fsm.interactions.bushing_spatial import (
 )
 from fsm.interactions.pose_planar import measure_pose_planar
 from fsm.interactions.pose_spatial import measure_pose_spatial
-from fsm.model.bodies.group import PreviousPoses
+from fsm.kernels.scatter import pair_slots
+from fsm.model.bodies.arrays import SpringKernels
+from fsm.model.bodies.group import BlockSums, BodyState, Group, PreviousPoses
 from fsm.model.bodies.pattern import BodyPattern
-from fsm.model.elements.element_cache import TwoBodyGroup
 from fsm.model.elements.spring_locks import SpringLocks
 
 Kernel = Callable[..., Any]
 
 
-class _Kernels(NamedTuple):
-    """Kernel of the deformations, and kernels that compute and assemble in one loop over the elements."""
+class _Cache:
+    """Results for the last pattern and the last previous state; both are compared by identity."""
+
+    def __init__(self) -> None:
+        self.pattern: BodyPattern | None = None
+        self.slots = np.zeros((0, 4), dtype=np.int64)
+        self.past: np.ndarray | None = None
+        self.before = np.zeros(0)
+
+
+class TwoBodyGroup(Group):
+    """Elements that each join two bodies.
+
+    Attributes
+    ----------
+    bodies : (m, 2) int array
+    geometry : arguments of the kernels after `bodies`
+    rest : (m,) or (m, 3 or 6) array
+        Deformations for use without a past state.
+    """
+
+    bodies: np.ndarray
+    geometry: tuple[np.ndarray, ...]
+    rest: np.ndarray
+
+    @property
+    @abstractmethod
+    def measure(self) -> Callable[..., Any]:
+        """Kernel (poses, rates, bodies, *geometry) -> (deformations, ...)."""
+
+    @cached_property
+    def _cache(self) -> _Cache:
+        return _Cache()
+
+    def _slots(self, pattern: BodyPattern) -> np.ndarray:
+        """Positions of the matrix blocks of every element."""
+        cache = self._cache
+        if cache.pattern is not pattern:
+            cache.slots, cache.pattern = np.asarray(pair_slots(self.bodies, *pattern.index)), pattern
+        return cache.slots
+
+    def _before(self, rates: np.ndarray, past: PreviousPoses | None) -> tuple[np.ndarray, float]:
+        """Previous deformations and the inverse of the elapsed time, 1/s; zero without a past state or dampers."""
+        if past is None or not self.rate_dependent:
+            return self.rest, 0.0
+        cache = self._cache
+        if cache.past is not past.poses:
+            cache.before = np.asarray(self.measure(past.poses, rates, self.bodies, *self.geometry)[0])
+            cache.past = past.poses
+        return cache.before, 1.0 / past.duration
+
+    def deformations_before(self, rates: np.ndarray, past: PreviousPoses | None) -> np.ndarray:
+        """Deformations at a past state; without a past state, deformations at rest."""
+        return self._before(rates, past)[0]
+
+    def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
+        """See `Group`."""
+        return self.bodies, 0
+
+
+class BushingKernels(NamedTuple):
+    """Kernels of the deformations and of the constants, columns of `SpringLocks`, and kernels that compute and assemble in
+    one loop over the elements.
+    """
 
     measure: Kernel
     constants: Kernel
-    force: Kernel
-    linearise: Kernel
-    advance: Kernel
-    stored: Kernel
-    widest: Kernel
     columns: tuple[int, int]
+    in_one_pass: SpringKernels
 
 
-_ONE_PASS = {
-    3: _Kernels(
-        measure_pose_planar, pose_constants_planar, force_pose_planar, linearise_pose_planar, advance_efforts_planar,
-        stored_pose_planar, widest_pose_planar, COLUMNS_PLANAR,
-    ),
-    6: _Kernels(
-        measure_pose_spatial, pose_constants_spatial, force_pose_spatial, linearise_pose_spatial, advance_efforts_spatial,
-        stored_pose_spatial, widest_pose_spatial, COLUMNS_SPATIAL,
-    ),
+BUSHINGS = {
+    3: BushingKernels(measure_pose_planar, pose_constants_planar, COLUMNS_PLANAR, SpringKernels(
+        force_pose_planar, linearise_pose_planar, stored_pose_planar, deformations_pose_planar, advance_efforts_planar,
+        widest_pose_planar,
+    )),
+    6: BushingKernels(measure_pose_spatial, pose_constants_spatial, COLUMNS_SPATIAL, SpringKernels(
+        force_pose_spatial, linearise_pose_spatial, stored_pose_spatial, deformations_pose_spatial, advance_efforts_spatial,
+        widest_pose_spatial,
+    )),
 }  # fmt: skip
 """Kernels by the number of rows of a block."""
 
@@ -104,8 +166,12 @@ class BushingGroup(TwoBodyGroup):
         return bool(np.any(self.damping))
 
     @cached_property
-    def _kernels(self) -> _Kernels:
-        return _ONE_PASS[self.rest.shape[1]]
+    def _kernels(self) -> BushingKernels:
+        return BUSHINGS[self.rest.shape[1]]
+
+    @property
+    def _in_one_pass(self) -> SpringKernels:
+        return self._kernels.in_one_pass
 
     @property
     def measure(self) -> Kernel:
@@ -121,29 +187,17 @@ class BushingGroup(TwoBodyGroup):
         """The array of efforts is empty, so the geometric stiffness uses the efforts at the present poses."""
         return np.zeros((0, self.rest.shape[1]))
 
-    def add_force(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
-    ) -> None:
+    def add_force(self, at: BodyState, force: np.ndarray) -> None:
         """See `Group`."""
-        self._kernels.force(poses, rates, self.bodies, self._constants, *self._before(rates, past), force)
+        self._in_one_pass.force(at.poses, at.rates, self.bodies, self._constants, *self._before(at.rates, at.past), force)
 
-    def add_linearised(
-        self,
-        t: float,
-        poses: np.ndarray,
-        rates: np.ndarray,
-        pattern: BodyPattern,
-        force: np.ndarray,
-        stiffness: np.ndarray,
-        damping: np.ndarray,
-        past: PreviousPoses | None = None,
-        efforts: np.ndarray | None = None,
-    ) -> None:
+    def add_linearised(self, at: BodyState, sums: BlockSums, efforts: np.ndarray | None = None) -> None:
         """See `Group`. If `efforts` (m, 3 or 6) is given, the geometric stiffness uses it."""
-        self._kernels.linearise(
-            poses, rates, self.bodies, self._constants, *self._before(rates, past),
-            self._no_efforts if efforts is None else efforts, self._slots(pattern), force, stiffness, damping,
-        )  # fmt: skip
+        pattern, *of_blocks = sums
+        self._in_one_pass.tangent(
+            at.poses, at.rates, self.bodies, self._constants, *self._before(at.rates, at.past),
+            self._no_efforts if efforts is None else efforts, self._slots(pattern), *of_blocks,
+        )
 
     def arrays(self, pattern: BodyPattern) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Bodies, constants and block positions, for `fsm.model.bodies.arrays`."""
@@ -152,11 +206,11 @@ class BushingGroup(TwoBodyGroup):
     def efforts(self, poses: np.ndarray, change: np.ndarray, past: PreviousPoses | None = None) -> np.ndarray:
         """Efforts (m, 3 or 6) after a change (n_bodies, 3 or 6) of the poses, to first order."""
         before = self._before(change, past)
-        return np.asarray(self._kernels.advance(poses, change, self.bodies, self._constants, *before))
+        return np.asarray(self._in_one_pass.advance(poses, change, self.bodies, self._constants, *before))
 
     def gap(self, poses: np.ndarray) -> tuple[float, str]:
         """Largest separation (m) of the two sides of a structural joint, and the name of the joint."""
-        worst, apart = self._kernels.widest(poses, self.bodies, self._constants, self.in_structure)
+        worst, apart = self._in_one_pass.widest(poses, self.bodies, self._constants, self.in_structure)
         return apart, self.names[worst]
 
     @cached_property
@@ -177,12 +231,11 @@ class BushingGroup(TwoBodyGroup):
         fixed = np.stack([self.rest[element, direction], shares], axis=1)
         return SpringLocks(np.ascontiguousarray(places), self._constants, self.rest, fixed)
 
-    def energy(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
-    ) -> tuple[dict[str, float], float, float]:
+    def energy(self, at: BodyState) -> tuple[dict[str, float], float, float]:
         """See `Group`."""
-        totals, power = self._kernels.stored(
-            poses, rates, self.bodies, self._constants, *self._before(rates, past), self.category, len(self.in_panels)
+        totals, power = self._in_one_pass.stored(
+            at.poses, at.rates, self.bodies, self._constants, *self._before(at.rates, at.past), self.category,
+            len(self.in_panels),
         )
         in_creases = float((1.0 - self.in_panels) @ totals)
         return {"panels": float(self.in_panels @ totals), "creases": in_creases}, power, 0.0

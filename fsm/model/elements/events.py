@@ -47,12 +47,8 @@ class EventGroup(ElementGroup):
     actions: tuple[tuple[Any, ...], ...]
     groups: tuple[ElementGroup, ...]
     categories = ()
+    kernels = _KERNELS
     rate_dependent = False
-
-    @property
-    def kernels(self) -> ElementKernels:
-        """See `ElementGroup`."""
-        return _KERNELS
 
     @cached_property
     def arrays(self) -> list[np.ndarray]:

@@ -12,9 +12,8 @@ import numpy as np
 from fsm.interactions.pose_planar import MeasureTangents, measure_pose_planar, tangent_pose_planar
 from fsm.interactions.pose_spatial import measure_pose_spatial, tangent_pose_spatial
 from fsm.kernels.scatter import scatter_efforts
-from fsm.model.bodies.group import PreviousPoses
-from fsm.model.bodies.pattern import BodyPattern
-from fsm.model.elements.element_cache import TwoBodyGroup
+from fsm.model.bodies.group import BlockSums, BodyState
+from fsm.model.elements.elements import TwoBodyGroup
 
 _IN_PLANE = [0, 2, 4]
 """Indices of the three planar components among the six deformations of an element in space."""
@@ -72,12 +71,10 @@ class LawGroup(TwoBodyGroup):
     def _spatial(self) -> bool:
         return len(self.geometry) == 6
 
-    def _measured(
-        self, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _measured(self, at: BodyState) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Deformations, their rates, and gradients."""
-        value, rate, gradient = self.measure(poses, rates, self.bodies, *self.geometry)
-        before, per_second = self._before(rates, past)
+        value, rate, gradient = self.measure(at.poses, at.rates, self.bodies, *self.geometry)
+        before, per_second = self._before(at.rates, at.past)
         return value, (value - before) * per_second if per_second else rate, gradient
 
     def efforts(self, value: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -89,40 +86,26 @@ class LawGroup(TwoBodyGroup):
                 out[k, i] = _of_six(np.broadcast_to(np.asarray(part, dtype=float), 6), value.shape[1])
         return out[0], out[1], out[2]
 
-    def add_force(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
-    ) -> None:
+    def add_force(self, at: BodyState, force: np.ndarray) -> None:
         """See `Group`."""
-        value, rate, gradient = self._measured(poses, rates, past)
+        value, rate, gradient = self._measured(at)
         effort, _, _ = self.efforts(value, rate)
         scatter_efforts(self.bodies, gradient, effort, len(effort), force)
 
-    def add_linearised(
-        self,
-        t: float,
-        poses: np.ndarray,
-        rates: np.ndarray,
-        pattern: BodyPattern,
-        force: np.ndarray,
-        stiffness: np.ndarray,
-        damping: np.ndarray,
-        past: PreviousPoses | None = None,
-    ) -> None:
+    def add_linearised(self, at: BodyState, sums: BlockSums) -> None:
         """See `Group`."""
-        value, rate, gradient = self._measured(poses, rates, past)
+        value, rate, gradient = self._measured(at)
         effort, slope, by_rate = self.efforts(value, rate)
-        scatter_efforts(self.bodies, gradient, effort, len(effort), force)
+        scatter_efforts(self.bodies, gradient, effort, len(effort), sums.force)
         # a difference of deformations does not depend on body rates
-        moving = rates if past is None else np.zeros_like(rates)
+        moving = at.rates if at.past is None else np.zeros_like(at.rates)
         tangent: Callable[..., Any] = tangent_pose_spatial if self._spatial else tangent_pose_planar
         measured = MeasureTangents(gradient, effort, slope, by_rate)
-        tangent(poses, moving, self.bodies, *self.geometry, measured, pattern.index, stiffness, damping)
+        tangent(at.poses, moving, self.bodies, *self.geometry, measured, sums.pattern.index, *sums[2:])
 
-    def energy(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
-    ) -> tuple[dict[str, float], float, float]:
+    def energy(self, at: BodyState) -> tuple[dict[str, float], float, float]:
         """See `Group`; the energy counts as energy of panels and joints."""
-        value, rate, _ = self._measured(poses, rates, past)
+        value, rate, _ = self._measured(at)
         stored = sum(float(law.energy(_six(row), own)) for row, (law, own) in zip(value, self.laws, strict=True))
         moving, _, _ = self.efforts(value, rate)
         still, _, _ = self.efforts(value, np.zeros_like(rate))

@@ -29,6 +29,7 @@ from fsm.model.bodies.arrays import (
     WORK,
     pattern_of,
 )
+from fsm.model.bodies.group import BodyState
 from fsm.model.elements.couplings import (
     ANGLES,
     EFFORTS,
@@ -252,7 +253,7 @@ class LockedCouplings(CouplingGroup):
     def gradients(self, poses: np.ndarray) -> np.ndarray:
         """See `ElementGroup`; all bodies."""
         found, still = np.zeros((len(self.bodies), len(poses), 6)), np.zeros((len(poses), 6))
-        self.energy(0.0, poses, still)
+        self.energy(BodyState(0.0, poses, still))
         parts = self.arrays[GRADIENTS - OWN].reshape(*self.arrays[_RATIOS - OWN].shape, 2, 6)
         ends = self.joints.ends.reshape(*parts.shape[:3])
         for row, ratios, of, bodies in zip(found, self.arrays[_RATIOS - OWN], parts, ends, strict=True):

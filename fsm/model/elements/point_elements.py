@@ -20,8 +20,7 @@ import numpy as np
 
 from fsm.kernels.rotation import rotation_matrix
 from fsm.kernels.scatter import add_block
-from fsm.model.bodies.group import Group, PreviousPoses
-from fsm.model.bodies.pattern import BodyPattern
+from fsm.model.bodies.group import BlockSums, BodyState, Group
 
 
 class PointKind(NamedTuple):
@@ -87,32 +86,20 @@ class PointGroup(Group):
         """See `Group`."""
         return self._pairs, 0
 
-    def add_force(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
-    ) -> None:
+    def add_force(self, at: BodyState, force: np.ndarray) -> None:
         """See `Group`."""
         for element in self.elements:
-            at, axes = element.positions(poses)
-            gradient, _ = element.kind.slopes(at, element.parameters)
+            places, axes = element.positions(at.poses)
+            gradient, _ = element.kind.slopes(places, element.parameters)
             _add_wrenches(element, axes, np.asarray(gradient, dtype=float), force)
 
-    def add_linearised(
-        self,
-        t: float,
-        poses: np.ndarray,
-        rates: np.ndarray,
-        pattern: BodyPattern,
-        force: np.ndarray,
-        stiffness: np.ndarray,
-        damping: np.ndarray,
-        past: PreviousPoses | None = None,
-    ) -> None:
+    def add_linearised(self, at: BodyState, sums: BlockSums) -> None:
         """See `Group`."""
         for element in self.elements:
-            at, axes = element.positions(poses)
-            gradient, hessian = (np.asarray(part, dtype=float) for part in element.kind.slopes(at, element.parameters))
-            _add_wrenches(element, axes, gradient, force)
-            count = len(at)
+            places, axes = element.positions(at.poses)
+            gradient, hessian = (np.asarray(part, dtype=float) for part in element.kind.slopes(places, element.parameters))
+            _add_wrenches(element, axes, gradient, sums.force)
+            count, pattern = len(places), sums.pattern
             maps = np.zeros((count, 3, 6))
             maps[:, :, :3], maps[:, :, 3:] = np.eye(3), -axes @ _cross_matrices(element.points)
             block = np.einsum("nci,ncmd,mdj->nimj", maps, hessian.reshape(count, 3, count, 3), maps)
@@ -121,13 +108,11 @@ class PointGroup(Group):
             for n in range(count):
                 block[n, 3:, n, 3:] += turns[n]
             whole = np.ascontiguousarray(block.reshape(6 * count, -1))
-            add_block(whole, pattern.dof, element.bodies, pattern.indptr, pattern.indices, stiffness)
+            add_block(whole, pattern.dof, element.bodies, pattern.indptr, pattern.indices, sums.stiffness)
 
-    def energy(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
-    ) -> tuple[dict[str, float], float, float]:
+    def energy(self, at: BodyState) -> tuple[dict[str, float], float, float]:
         """See `Group`; the energy counts as energy of panels and joints."""
-        stored = sum(float(e.kind.energy(e.positions(poses)[0], e.parameters)) for e in self.elements)
+        stored = sum(float(e.kind.energy(e.positions(at.poses)[0], e.parameters)) for e in self.elements)
         return {"panels": stored}, 0.0, 0.0
 
 

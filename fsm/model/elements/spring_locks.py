@@ -176,6 +176,6 @@ class SpringLocks(ElementGroup):
         self.arrays[_LAST - OWN][:] = *self.memory_of[-2:], 0.0
 
     def take_up(self, efforts: np.ndarray, task: int) -> float:
-        """Do a task with the efforts (m, 3 or 6) of the springs; see `MixedSystem`."""
+        """Do a task with the efforts (m, 3 or 6) of the springs; see `System`."""
         places, constants, rests, fixed, kept, last = self.arrays
         return float(take_up(places, constants, rests, fixed, kept, last, efforts, float(task)))

@@ -18,7 +18,6 @@ from fsm.model.joined.arrays import FrameArrays, Joined, JoinedArrays
 from fsm.model.joined.condense import JoinedPattern
 from fsm.model.joined.configuration import JoinedConfiguration
 from fsm.model.nodes.arrays import FACTORS, MATRIX
-from fsm.model.nodes.group import ElementGroup
 from fsm.model.nodes.system.arrays_of import Matrices, coordinates_of
 from fsm.model.system.arrays_of import segments_of
 from fsm.model.system.contact_arrays_of import ContactModel
@@ -48,7 +47,6 @@ class JoinedMatrix(NamedTuple):
 def joined_of(
     system: JoinedConfiguration, matrix: JoinedMatrix, fixed: np.ndarray, members: tuple[np.ndarray, np.ndarray, np.ndarray],
     near: np.ndarray, known: Elimination, factors: np.ndarray, contacts: ContactModel, statics: bool = False,
-    further: tuple[ElementGroup, ...] = (),
 ) -> JoinedModel:  # fmt: skip
     """Compiled model of a system that has no part in Python; the caller must keep the arrays as long as the model.
 
@@ -63,13 +61,12 @@ def joined_of(
     known, factors : symbolic factorisation of the joined pattern, and data of the factors
     contacts : ContactModel
     statics : whether the model is for statics
-    further : groups of elements of nodes besides those of the mesh
     """
     elements, frames, free = system.elements, system.frames, system.n_free
     pattern, joined, slots = matrix
     inertia = system.inertia(system.initial()[0], joined.pattern)
     matrices = Matrices(joined.pattern, known, factors, fixed, inertia, inertia, slots)
-    nodes, held = coordinates_of(elements, matrices, further, system.low_rank_table())
+    nodes, held = coordinates_of(elements, matrices, system.low_rank_table())
     # the symbolic factorisation of the pattern between bodies is not used
     bodies, of_bodies, of_elements = segments_of(system, pattern, known, factors, contacts, statics)
     first, rows, maps = members

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -20,18 +20,15 @@ from fsm.kernels.vector import equal_vectors
 from fsm.model.bodies.configuration import Bodies
 from fsm.model.bodies.drive import PrescribedMotion
 from fsm.model.bodies.group import Group
-from fsm.model.contact.contacts import ContactGroup
+from fsm.model.joined.chambers import Chambers
 from fsm.model.joined.condense import members_of
-from fsm.model.joined.drawn_lines import DrawnLines
 from fsm.model.joined.frames import Frames, frame_maps, place_frames
 from fsm.model.nodes.facets.facet_group import FacetGroup
+from fsm.model.nodes.facets.pressure import PressedFaces
 from fsm.model.nodes.system.system import AncfSystem
 from fsm.model.system.system import SegmentSystem
 from fsm.solve.interface.records import PreviousState
 from fsm.solve.interface.scales import Scales
-
-if TYPE_CHECKING:
-    pass
 
 _WAVES = 1e-2
 """Part of the square of the rate of axial waves in an element that counts in penalties; 100 times its stiffness."""
@@ -39,16 +36,60 @@ _FOLLOWED = 0.5
 """Shortest step times omega of the shortest axial wave that the mesh resolves."""
 
 
+class DrawnLines(NamedTuple):
+    """Lines that are drawn for cables and beams.
+
+    Attributes
+    ----------
+    vectors : (n, 4) int array
+        First coordinates of the vectors of the element to which each line belongs.
+    weights : (n, 2, 4) array
+        Factors of these vectors that give the ends.
+    half : (n,) array, m
+        Half the width along y, of beams; 0 for cables.
+    names : (n,) names of the cables and beams
+    faces : names of the parts of the faces of the mesh
+    panels : (m,) int array
+        Number of the panel of each face (`fsm.results.solution`): -1 for a film, 0 for a face of a truss.
+    """
+
+    vectors: np.ndarray
+    weights: np.ndarray
+    half: np.ndarray
+    names: tuple[str, ...]
+    faces: tuple[str, ...]
+    panels: np.ndarray
+
+
+class Nodes(NamedTuple):
+    """Part of a joined system that all its variants share.
+
+    Attributes
+    ----------
+    elements : AncfSystem
+        Elements, supports and loads of the ANCF nodes.
+    frames : Frames
+    lines : DrawnLines
+    faces : PressedFaces or None
+        Triangles of a sheet that can carry a pressure.
+    chambers : Chambers or None
+        Chambers of gas.
+    """
+
+    elements: AncfSystem
+    frames: Frames
+    lines: DrawnLines
+    faces: PressedFaces | None = None
+    chambers: Chambers | None = None
+
+
 class JoinedConfiguration(SegmentSystem):
     """Rigid bodies, ANCF elements and frames, and their positions.
 
     Parameters
     ----------
-    bodies, motions, groups, contacts, pair_names : see `SegmentSystem`
-    elements : AncfSystem
-        Elements, supports and loads of the ANCF nodes.
-    frames : Frames
-    lines : DrawnLines
+    bodies, motions, groups, pair_names : see `SegmentSystem`
+    nodes : Nodes
     """
 
     def __init__(
@@ -56,14 +97,13 @@ class JoinedConfiguration(SegmentSystem):
         bodies: Bodies,
         motions: tuple[PrescribedMotion, ...],
         groups: tuple[Group, ...],
-        contacts: tuple[ContactGroup, ...],
         pair_names: tuple[str, ...],
-        elements: AncfSystem,
-        frames: Frames,
-        lines: DrawnLines,
+        nodes: Nodes,
     ) -> None:
-        super().__init__(bodies, motions, groups, contacts, pair_names)
-        self.elements, self.frames, self.lines = elements, frames, lines
+        super().__init__(bodies, motions, groups, pair_names)
+        self.nodes = nodes
+        self.elements, self.frames, self.lines, self.faces, self.chambers = nodes
+        elements, frames = self.elements, self.frames
         self._dof[frames.bodies] = self.n_free + np.arange(len(frames.bodies))
         self._ordered = np.concatenate([bodies.free, frames.bodies])
         self._nq, self._nu = self.nq, self.nu
@@ -86,11 +126,6 @@ class JoinedConfiguration(SegmentSystem):
         """First coordinate of the mesh of flexible facets among those of the ANCF nodes."""
         groups = (group for group in self.elements.mesh.groups if isinstance(group, FacetGroup))
         return next((group.first for group in groups), 0)
-
-    @property
-    def energies_of_pressing(self) -> tuple[str, ...]:
-        """Names of energies of groups of nodes besides those of the mesh."""
-        return ()
 
     @property
     def frames_near(self) -> np.ndarray:

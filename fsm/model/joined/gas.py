@@ -505,7 +505,7 @@ class Gases:
     Attributes
     ----------
     arrays : GasArrays
-    start : memory at the start
+    start : the array `GasArrays.last` at the start
     """
 
     def __init__(self, gases: tuple[Gas, ...], orifices: tuple[Orifice, ...], volume: np.ndarray, area: np.ndarray) -> None:
@@ -532,41 +532,9 @@ class Gases:
         laws, ends, discharge, supplies, last = self.arrays
         return [laws, ends, discharge, *supplies, last]
 
-    @property
-    def remembered(self) -> int:
-        """Size of the memory."""
-        return len(self.start)
-
-    def memory(self) -> np.ndarray:
-        """Time, volumes, masses, p V^gamma and areas of orifices of the last accepted state."""
-        return self.arrays.last.copy()
-
-    def restore(self, memory: np.ndarray) -> None:
-        """Set the memory; an empty array resets it."""
-        self.arrays.last[:] = memory if len(memory) else self.start
-
-    def commit(self, t: float, volume: np.ndarray, area: np.ndarray) -> None:
-        """Accept a state."""
-        accept_gas(self.arrays, t, self.state(t, volume, area))
-
     def break_times(self) -> list[float]:
         """Times at which a supply is not smooth, s."""
         return sorted({time for program in self.programs for time in program.breaks()})
-
-    def state(self, t: float, volume: np.ndarray, area: np.ndarray) -> GasState:
-        """State at a time (s), with given volumes (k,), m^3, and areas of orifices (n,), m^2."""
-        found = empty_state(len(volume), len(area))
-        found.volume[:], found.area[:] = volume, area
-        set_state(self.arrays, float(t), found)
-        return found
-
-    def energies(self, state: GasState) -> np.ndarray:
-        """See `gas_energies`."""
-        return np.asarray(gas_energies(self.arrays, state))
-
-    def power(self, t: float, state: GasState, before: float | None) -> float:
-        """See `gas_power`; the supply is the mean since the time `before` (s)."""
-        return float(gas_power(self.arrays, float(t), state, 0.0 if before is None else float(t) - before))
 
 
 def _supply(gas: Gas) -> Program:

@@ -9,18 +9,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.case.models.loads import Load
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
-from fsm.kernels.blocks import BlockMatrix, LowRank
+from fsm.kernels.blocks import LowRank
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.scatter import find_slot
 from fsm.model.bodies.arrays import DOF, FORCE, GAS, INTERVAL, POSES, RATES, STIFFNESS, STORED, pattern_of
-from fsm.model.bodies.configuration import Bodies
-from fsm.model.bodies.drive import PrescribedMotion
-from fsm.model.bodies.group import Group
-from fsm.model.bodies.pattern import BodyPattern, body_pattern
-from fsm.model.contact.contacts import ContactGroup
+from fsm.model.bodies.group import BodyState
+from fsm.model.bodies.pattern import body_pattern
 from fsm.model.elements.element_group import OWN, ElementGroup, ElementKernels, bodies_of, nothing
 from fsm.model.joined.chambers import (
     CHAMBER_ROWS,
@@ -33,8 +29,6 @@ from fsm.model.joined.chambers import (
     gas_stored,
 )
 from fsm.model.nodes.assembly import slots_of
-from fsm.model.system.system import SegmentSystem
-from fsm.solve.interface.records import Linearised, PreviousState
 from fsm.text.load_names import PRESSURE
 
 _POINTS, _NODES, _VELOCITIES, _FORCES, _ROWS, _COLUMNS, _BLOCKS, _ON_BODIES, _CHAMBERS = range(OWN, OWN + 9)
@@ -243,6 +237,11 @@ class PanelGas(ElementGroup):
         _set_nodes(poses, self._alone.own)
         return self._nodes.copy()
 
+    def load_displacements(self, start: BodyState, end: BodyState) -> dict[str, tuple[float, float]]:
+        """See `Group`; the gas of a chamber has its pressure above that outside (Pa) and its change of volume."""
+        ends = ((state.t, self.nodes(state.poses)) for state in (start, end))
+        return {name + PRESSURE: pair for name, pair in self.chambers.pressures_and_changes(*ends).items()}
+
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
         """See `Group`."""
         self._alone.call("force_rate", t, 0.0, poses, force_rate, force_rate)
@@ -264,92 +263,3 @@ class PanelGas(ElementGroup):
     def first_memory(self) -> np.ndarray:
         """See `ElementGroup`."""
         return self.chambers.gases.start
-
-
-class PanelGasSystem(SegmentSystem):
-    """Rigid panels around chambers of gas; one of the groups is a `PanelGas`."""
-
-    def variant(
-        self, bodies: Bodies, motions: tuple[PrescribedMotion, ...], groups: tuple[Group, ...],
-        pressures: tuple[Load, ...] = (),
-    ) -> PanelGasSystem:
-        """See `SegmentSystem`."""
-        contacts = tuple(group for group in groups if isinstance(group, ContactGroup))
-        return PanelGasSystem(bodies, motions, groups, contacts, self.pair_names)
-
-    @property
-    def gas(self) -> PanelGas:
-        """Group of the gas."""
-        return next(group for group in self.groups if isinstance(group, PanelGas))
-
-    @property
-    def chambers(self) -> Chambers:
-        """Chambers of gas."""
-        return self.gas.chambers
-
-    def chamber_nodes(self, t: float, q: np.ndarray) -> np.ndarray:
-        """Positions of the corners, flat, m."""
-        return self.gas.nodes(self.place(t, q, None)[0])
-
-    # forces -----------------------------------------------------------------------------------------------------------
-
-    def _assembled(
-        self,
-        t: float,
-        q: np.ndarray,
-        u: np.ndarray | None,
-        before: PreviousState | None,
-        pattern: BodyPattern,
-        sums: tuple[np.ndarray, np.ndarray, np.ndarray],
-        by_rates: np.ndarray | None,
-        efforts: np.ndarray | None = None,
-    ) -> Linearised:
-        linear = super()._assembled(t, q, u, before, pattern, sums, by_rates, efforts)
-        return Linearised(linear.force, BlockMatrix(pattern, linear.stiffness.data, self.low_rank), linear.damping)
-
-    @property
-    def _stiffness_of_gas(self) -> tuple[LowRank, np.ndarray]:
-        """See `SegmentForces`."""
-        return self.gas.low_rank, (self.size * self.bodies.free[:, None] + np.arange(self.size)).ravel()
-
-    def _of_bodies(self, low_rank: LowRank, bodies: np.ndarray | slice) -> np.ndarray:
-        """Vectors (k, n, 6) of some bodies."""
-        return low_rank.vectors.reshape(len(low_rank.vectors), -1, self.size)[:, bodies]
-
-    def force_rate(self, t: float, q: np.ndarray) -> np.ndarray:
-        """See `System`: driven panels also compress the gas."""
-        found, low_rank = super().force_rate(t, q), self.gas.low_rank
-        if not len(self.driven):
-            return found
-        speeds = self._body_rates(np.zeros(self.nu), t)[self.driven]
-        grown = np.einsum("kni,ni->k", self._of_bodies(low_rank, self.driven), speeds)
-        free = self._of_bodies(low_rank, self.bodies.free).reshape(-1, self.nu)
-        return found - (low_rank.weights @ grown) @ free
-
-    def drive_tangent(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
-    ) -> np.ndarray:
-        """See `SegmentSystem`: driven panels also feel the gas."""
-        poses, rates = self.place(t, q, u, before)
-        found = super().drive_tangent(t, q, u, before)
-        if not np.isin(self.gas.bodies, self.driven).any():
-            return found
-        self._with_driven(t, poses, rates, (self.gas,))
-        low_rank = self.gas.low_rank
-        along = np.zeros((len(self.motions), *rates.shape))
-        for row, motion in zip(along, self.motions, strict=True):
-            row[motion.bodies, : len(motion.direction)] = motion.direction
-        if self.turns is not None:
-            for k, body, twist in self.turns.twists(self._travels(t)):
-                along[k, body] = twist
-        swept = np.einsum("kni,dni->dk", self._of_bodies(low_rank, slice(None)), along)
-        free = self._of_bodies(low_rank, self.bodies.free).reshape(-1, self.nu)
-        return np.asarray(found + swept @ low_rank.weights @ free)
-
-    def load_displacements(
-        self, start: tuple[float, np.ndarray], end: tuple[float, np.ndarray]
-    ) -> dict[str, tuple[float, float]]:
-        """See `SegmentSystem`; the gas of a chamber has its pressure above that outside (Pa) and its change of volume."""
-        ends = ((t, self.chamber_nodes(t, q)) for t, q in (start, end))
-        found = self.chambers.pressures_and_changes(*ends)
-        return super().load_displacements(start, end) | {name + PRESSURE: pair for name, pair in found.items()}

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import sparse
 
+from fsm.builders.patterns.places import facets_named
 from fsm.case.models.loads import Load
 from fsm.kernels.block_lu import fill_in
 from fsm.kernels.blocks import BlockMatrix, BlockPattern, Elimination, LowRank
@@ -22,22 +23,16 @@ from fsm.kernels.body_poses import increment_blocks, pose_difference
 from fsm.kernels.minimum_degree import few_by_minimum_degree
 from fsm.model.bodies.configuration import Bodies
 from fsm.model.bodies.drive import PrescribedMotion
-from fsm.model.bodies.group import Group
+from fsm.model.bodies.group import BlockSums, Group
 from fsm.model.bodies.pattern import BodyPattern
-from fsm.model.contact.contacts import ContactGroup
-from fsm.model.joined.chambers import Chambers
+from fsm.model.bodies.time_function import time_function
 from fsm.model.joined.condense import JoinedPattern, add_condensed, add_curvatures, fold_forces, joined_pattern
-from fsm.model.joined.configuration import JoinedConfiguration
-from fsm.model.joined.drawn_lines import DrawnLines
-from fsm.model.joined.frames import Frames
-from fsm.model.joined.pressure import pressure_of
-from fsm.model.joined.records import joined_energy
+from fsm.model.joined.configuration import JoinedConfiguration, Nodes
 from fsm.model.nodes.assembly import slots_of
 from fsm.model.nodes.facets.facet_group import FacetGroup
-from fsm.model.nodes.facets.pressure import PressedFaces
+from fsm.model.nodes.facets.pressure import PressedFaces, PressureGroup
 from fsm.model.nodes.group import ElementGroup
 from fsm.model.nodes.matrices import mass_data, set_held
-from fsm.model.nodes.system.system import AncfSystem
 from fsm.solve.interface.records import Energy, Linearised, LockedSprings, Observation, PreviousState, Ready
 from fsm.solve.stepping.model import ArrayModel
 from fsm.text.load_names import PRESSURE
@@ -63,12 +58,8 @@ class JoinedSystem(JoinedConfiguration):
 
     Parameters
     ----------
-    bodies, motions, groups, contacts, pair_names, elements, frames, lines : see `JoinedConfiguration`
-    faces : PressedFaces or None
-        Triangles of a sheet that can carry a pressure.
-    pressures : pressures on them (`fsm.case.models.loads.Load`)
-    chambers : Chambers or None
-        Chambers of gas; their state is shared by all variants.
+    bodies, motions, groups, pair_names, nodes : see `JoinedConfiguration`
+    pressures : pressures on the faces (`fsm.case.models.loads.Load`)
     """
 
     def __init__(
@@ -76,20 +67,16 @@ class JoinedSystem(JoinedConfiguration):
         bodies: Bodies,
         motions: tuple[PrescribedMotion, ...],
         groups: tuple[Group, ...],
-        contacts: tuple[ContactGroup, ...],
         pair_names: tuple[str, ...],
-        elements: AncfSystem,
-        frames: Frames,
-        lines: DrawnLines,
-        faces: PressedFaces | None = None,
+        nodes: Nodes,
         pressures: tuple[Load, ...] = (),
-        chambers: Chambers | None = None,
     ) -> None:
-        super().__init__(bodies, motions, groups, contacts, pair_names, elements, frames, lines)
-        self.faces, self.pressures = faces, tuple(pressure_of(load, faces) for load in pressures if faces is not None)
-        self.chambers = chambers
+        super().__init__(bodies, motions, groups, pair_names, nodes)
+        faces, chambers = self.faces, self.chambers
+        self.pressures = tuple(pressure_of(load, faces) for load in pressures if faces is not None)
         self.remembers = self.remembers or chambers is not None
         self._pressing: tuple[ElementGroup, ...] = (*self.pressures, *([] if chambers is None else [chambers]))
+        self.elements = self.elements.under(self._pressing)
         self._array_near = self._near
         self._joined: JoinedPattern | None = None
         self._joined_of: BlockPattern | None = None
@@ -100,11 +87,7 @@ class JoinedSystem(JoinedConfiguration):
         pressures: tuple[Load, ...] = (),
     ) -> JoinedSystem:
         """See `SegmentSystem`."""
-        contacts = tuple(group for group in groups if isinstance(group, ContactGroup))
-        return JoinedSystem(
-            bodies, motions, groups, contacts, self.pair_names, self.elements, self.frames, self.lines, self.faces,
-            pressures, self.chambers,
-        )  # fmt: skip
+        return JoinedSystem(bodies, motions, groups, self.pair_names, self.nodes, pressures)
 
     # inertia --------------------------------------------------------------------------------------------------------
 
@@ -155,7 +138,7 @@ class JoinedSystem(JoinedConfiguration):
 
         found = self._locked_model
         close_openings(found.model, t, q, u)
-        found.bodies[0].force[:] = self._all_forces(t, *self.place(t, q, u))
+        found.bodies[0].force[:] = self._all_forces(self.state(t, q, u))
         on_nodes = self._generalised(t, q, u, None, np.zeros(self.at_rest.shape))[self._nu :]
         return bool(find_multipliers(found.model, t, rate, on_nodes))
 
@@ -191,12 +174,10 @@ class JoinedSystem(JoinedConfiguration):
     ) -> np.ndarray:
         """Forces (nu,) on all coordinates, held ones included."""
         nodes = q[self._nq :]
-        here, rates = self._place_nodes(t, nodes, None if u is None else u[self._nu :], self._nodes_before(before))
+        here, rates = self.elements.place(t, nodes, None if u is None else u[self._nu :], self._nodes_before(before))
         out = np.zeros(self.nu)
         if whole:
             out[self._nu :] = self.elements.all_forces(t, here, rates)
-            for group in self._pressing:
-                group.add_force(here, rates, out[self._nu :])
         maps = self._maps(here, np.zeros_like(here), None)[0]
         fold_forces(forces[self._ordered], self._first, self._rows, self._members(maps), out)
         return out
@@ -208,7 +189,7 @@ class JoinedSystem(JoinedConfiguration):
 
         Only in motion, the inertia of free coordinates contributes.
         """
-        forces = self._all_forces(t, *self.place(t, q, u, before), self.past(t, before))
+        forces = self._all_forces(self.state(t, q, u, before))
         force = self._all_generalised(t, q, u, before, forces)[self._nu :]
         in_motion = before is None and u is not None
         return self.elements.held_forces(force) if in_motion else np.where(self.elements.fixed, -force, 0.0)
@@ -228,15 +209,14 @@ class JoinedSystem(JoinedConfiguration):
     def _pattern_of(self, bodies: BodyPattern) -> JoinedPattern:
         if self._joined is None or self._joined_of is not bodies:
             mesh, shift = self.elements.mesh, 2 * self.n_free
-            groups = (*mesh.groups, *self._pressing)
-            vectors = [group.vectors for group in groups] + [part.vectors for part in mesh.masses]
+            vectors = [group.vectors for group in self.elements.groups] + [part.vectors for part in mesh.masses]
             joined = [vector // 3 + shift for vector in vectors if len(vector)]
             self._joined = joined_pattern(self.nu // 3, bodies, self._first, self._rows, joined)
             self._joined_of = bodies
             pattern = self._joined.pattern
             self._slots = [
                 slots_of(np.ascontiguousarray(group.vectors + self._nu), 3, pattern.indptr, pattern.indices)
-                for group in groups
+                for group in self.elements.groups
             ]
         return self._joined
 
@@ -246,15 +226,14 @@ class JoinedSystem(JoinedConfiguration):
         q: np.ndarray,
         u: np.ndarray | None,
         before: PreviousState | None,
-        pattern: BodyPattern,
-        sums: tuple[np.ndarray, np.ndarray, np.ndarray],
+        sums: BlockSums,
         by_rates: np.ndarray | None,
         efforts: np.ndarray | None = None,
     ) -> Linearised:
-        wrenches, body_stiffness, body_damping = sums
+        pattern, wrenches, body_stiffness, body_damping = sums
         joined = self._pattern_of(pattern)
         nodes = q[self._nq :]
-        here, rates = self._place_nodes(t, nodes, None if u is None else u[self._nu :], self._nodes_before(before))
+        here, rates = self.elements.place(t, nodes, None if u is None else u[self._nu :], self._nodes_before(before))
         at_rest = np.zeros_like(here) if rates is None else rates
         moments = np.ascontiguousarray(wrenches[self.frames.bodies, 3:])
         maps, turns, curvatures, _ = self._maps(here, at_rest, moments)
@@ -275,13 +254,11 @@ class JoinedSystem(JoinedConfiguration):
         force = np.zeros(self.nu)
         own = force[self._nu :]
         first = 0
-        for group, slots in zip((*self.elements.mesh.groups, *self._pressing), self._slots, strict=True):
-            if efforts is not None and isinstance(group, FacetGroup):
-                last = first + group.effort_count
-                group.add_linearised(here, rates, slots, own, stiffness, damping, efforts[first:last])
-                first = last
-            else:
-                group.add_linearised(here, rates, slots, own, stiffness, damping)
+        for group, slots in zip(self.elements.groups, self._slots, strict=True):
+            if isinstance(group, FacetGroup):
+                group.give_efforts(None if efforts is None else efforts[first : first + group.effort_count])
+                first += group.effort_count
+            group.add_linearised(here, rates, slots, own, stiffness, damping)
         self.elements.add_loads(t, rates, own)
         fold_forces(wrenches[self._ordered], self._first, self._rows, members, force)
         own[:] = self.elements.free_forces(nodes, own)
@@ -291,30 +268,17 @@ class JoinedSystem(JoinedConfiguration):
         return Linearised(force, tangent, BlockMatrix(joined.pattern, damping))
 
     @property
-    def energies_of_pressing(self) -> tuple[str, ...]:
-        """See `JoinedConfiguration`."""
-        return () if self.chambers is None else (self.chambers.name,)
-
-    @property
-    def _stiffness_of_gas(self) -> tuple[LowRank, np.ndarray] | None:
+    def _changing(self) -> tuple[LowRank, np.ndarray] | None:
         """See `SegmentForces`."""
         if self.chambers is None:
             return None
         nodes = np.where(self.elements.fixed, -1, np.arange(self.elements.nu))
         return self.chambers.low_rank, np.concatenate([np.full(self._nu, -1), nodes])
 
-    def _place_nodes(
-        self, t: float, nodes: np.ndarray, rates: np.ndarray | None, before: PreviousState | None = None
-    ) -> tuple[np.ndarray, np.ndarray | None]:
-        """Coordinates and rates of the nodes, as `AncfSystem.place`; also sets the time of pressures and gas."""
-        for group in self._pressing:
-            group.at(t, before)
-        return self.elements.place(t, nodes, rates, before)
-
     def efforts(
         self, t: float, q: np.ndarray, before: PreviousState | None = None, dx: np.ndarray | None = None
     ) -> np.ndarray:
-        """See `MixedSystem`; efforts of springs, then membrane efforts of flexible facets."""
+        """See `System`; efforts of springs, then membrane efforts of flexible facets."""
         of_springs = super().efforts(t, q, before, dx)
         here, _ = self.elements.place(t, q[self._nq :], None)
         moved = None
@@ -349,22 +313,15 @@ class JoinedSystem(JoinedConfiguration):
     def _with_nodes(
         self, bodies: Energy, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None
     ) -> Energy:
-        rates, past = None if u is None else u[self._nu :], self._nodes_before(before)
-        of_nodes, put_in = self.elements.energy(t, q[self._nq :], rates, past), 0.0
-        here, moving = self._place_nodes(t, q[self._nq :], rates, past)
-        for group in self._pressing:
-            if group is self.chambers:
-                of_nodes.potential[group.name] = group.energy(here, None)[0]
-            if moving is not None:
-                put_in += group.put_in(here, moving)
-        return joined_energy(bodies, of_nodes, put_in)
+        rates = None if u is None else u[self._nu :]
+        return bodies.plus(self.elements.energy(t, q[self._nq :], rates, self._nodes_before(before)))
 
     # pressures ------------------------------------------------------------------------------------------------------
 
     def force_rate(self, t: float, q: np.ndarray) -> np.ndarray:
         """See `System`; pressures and gas are included."""
         out = super().force_rate(t, q)
-        here, _ = self._place_nodes(t, q[self._nq :], None)
+        here, _ = self.elements.place(t, q[self._nq :], None)
         for group in self._pressing:
             group.add_force_rate(t, here, out[self._nu :])
         out[self._fixed.ravel()] = 0.0
@@ -380,9 +337,8 @@ class JoinedSystem(JoinedConfiguration):
 
     def peak_times(self) -> list[float]:
         """See `System`; pressures and gas are included."""
-        of_gas = [] if self.chambers is None else self.chambers.break_times()
-        of_pressures = (time for pressure in self.pressures for time in pressure.time.peaks())
-        return sorted({*super().peak_times(), *of_pressures, *of_gas, *self.elements.peak_times()})
+        of_loads = (time for group in self._pressing for time in group.peak_times())
+        return sorted({*super().peak_times(), *of_loads, *self.elements.peak_times()})
 
     def shortest_step(self) -> float:
         """See `System`; the result is at most a small fraction of 1/omega of the softest motion against the gas, at the
@@ -419,12 +375,10 @@ class JoinedSystem(JoinedConfiguration):
         """
         super().commit(t, q, u, before)
         self.elements.commit(t, q[self._nq :], u[self._nu :])
-        if self.chambers is not None:
-            self.chambers.commit(t, self.chamber_nodes(t, q))
         self._near = self._poses(t, q)[self.frames.bodies, 3:].copy()
 
     def memory(self) -> np.ndarray:
-        """See `System`: quaternions of the frames, memory of the elements, gas, then memory of the bodies."""
+        """See `System`: quaternions of the frames, memory of the elements and the gas, then memory of the bodies."""
         return np.concatenate([self._memory_of_nodes(), super().memory()])
 
     def element_memory(self) -> np.ndarray:
@@ -432,8 +386,7 @@ class JoinedSystem(JoinedConfiguration):
         return np.concatenate([self._memory_of_nodes(), super().element_memory()])
 
     def _memory_of_nodes(self) -> np.ndarray:
-        gas = np.zeros(0) if self.chambers is None else self.chambers.memory()
-        return np.concatenate([self._near.ravel(), self.elements.memory(), gas])
+        return np.concatenate([self._near.ravel(), self.elements.memory()])
 
     def restore(self, memory: np.ndarray) -> None:
         """See `System`."""
@@ -442,9 +395,6 @@ class JoinedSystem(JoinedConfiguration):
         self._with_frames, self._moving_frames = [], None
         last = size + self.elements.remembered
         self.elements.restore(memory[size:last])
-        if self.chambers is not None:
-            size, last = last, last + self.chambers.remembered
-            self.chambers.restore(memory[size:last])
         super().restore(memory[last:])
 
     # arrays ---------------------------------------------------------------------------------------------------------
@@ -467,7 +417,7 @@ class JoinedSystem(JoinedConfiguration):
         joined = self._pattern_of(pattern)
         members = self._first, self._rows, self._members(np.zeros((len(self.frames.vectors), 6, 3)))
         matrix, known = JoinedMatrix(pattern, joined, self._slots), ready(joined.pattern)
-        return joined_of(self, matrix, self._fixed, members, near, *known, contacts, statics, self._pressing)
+        return joined_of(self, matrix, self._fixed, members, near, *known, contacts, statics)
 
     def _static_arrays_of(self, ready: Ready) -> StaticSegments | None:
         """See `SegmentSystem`; membrane efforts of flexible facets have no arrays in statics."""
@@ -475,9 +425,9 @@ class JoinedSystem(JoinedConfiguration):
             return None
         from fsm.model.joined.static_arrays import JoinedStatics  # imports the kernels of all steps
 
-        return JoinedStatics(self, self._first_pattern(), ready, self._static_model)
+        return JoinedStatics(self, self._first_pattern(), ready)
 
-    def _static_model(
+    def static_model(
         self, pattern: BodyPattern, near: np.ndarray, ready: Ready, contacts: ContactModel
     ) -> tuple[JoinedModel, BlockPattern]:
         """Compiled model for statics, and the pattern of its equations."""
@@ -493,3 +443,10 @@ class JoinedSystem(JoinedConfiguration):
         """See `to_arrays`."""
         self._near = self._array_near.copy()
         return super().from_arrays()
+
+
+def pressure_of(load: Load, faces: PressedFaces) -> PressureGroup:
+    """Pressure of a load on some of the faces of a sheet."""
+    assert load.pressure is not None and isinstance(load.at, str)
+    facets = facets_named(load.at, int(faces.facet.max()) + 1)
+    return PressureGroup(load.called, faces.of(np.array(facets)), load.pressure, time_function(load.time))

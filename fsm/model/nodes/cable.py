@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -75,6 +75,267 @@ class CableArrays(NamedTuple):
     products: np.ndarray
 
 
+@kernel(inline=True)
+def _derivatives(e: np.ndarray, rows: np.ndarray, length: float, g: np.ndarray) -> None:
+    """Compute r', and r'' if `rows` contains it, at one point into g (3,) or (6,)."""
+    factor = 1.0
+    for p in range(rows.shape[0]):
+        factor /= length
+        for a in range(3):
+            total = 0.0
+            for i in range(4):
+                total += rows[p, i] * e[a, i]
+            g[3 * p + a] = factor * total
+
+
+@kernel(inline=True)
+def _products(g: np.ndarray) -> tuple[float, float, float]:
+    """Products A = r'.r', B = r''.r'', C = r'.r''."""
+    aa = g[0] * g[0] + g[1] * g[1] + g[2] * g[2]
+    bb = g[3] * g[3] + g[4] * g[4] + g[5] * g[5]
+    ab = g[0] * g[3] + g[1] * g[4] + g[2] * g[5]
+    return aa, bb, ab
+
+
+@kernel(inline=True)
+def _stretch(g: np.ndarray, engineering: bool) -> tuple[float, float, float]:
+    """Strain eps, and its first and second derivatives with respect to r'.r'/2."""
+    squared = g[0] * g[0] + g[1] * g[1] + g[2] * g[2]
+    if not engineering:
+        return 0.5 * (squared - 1.0), 1.0, 0.0
+    size = math.sqrt(squared)
+    return size - 1.0, 1.0 / size, -1.0 / (size * squared)
+
+
+@kernel(inline=True)
+def _force(axial: float, strain: float, remainder: float) -> tuple[float, float]:
+    """Force (N) of a strain without P, and its derivative; `remainder` is the fraction of EA under compression."""
+    part = axial if strain > 0.0 else remainder * axial
+    return part * strain, part
+
+
+@kernel
+def release_at(cable: CableArrays, engineering: bool, q: np.ndarray) -> None:
+    """Set the forces P so that no cable is under compression in this configuration."""
+    e, g = np.empty((3, 4)), np.empty(3)
+    for k in range(cable.vectors.shape[0]):
+        gather(cable.vectors[k], cable.scale[k], q, e)
+        for point in range(cable.stretch_weights.shape[0]):
+            _derivatives(e, cable.stretch_rows[point], cable.length[k], g)
+            strain, _, _ = _stretch(g, engineering)
+            cable.release[k, point] = -cable.stiffness[k, 0] * min(strain, 0.0)
+
+
+@kernel(inline=True)
+def _bend_hessian(g: np.ndarray, bending: float, length: float, hessian: np.ndarray) -> None:
+    """Compute second derivatives (6, 6) of the bending energy per length with respect to r' and r'' (natural coordinate)."""
+    aa, bb, ab = _products(g)
+    a2 = aa * aa
+    by_a = 0.5 * (-bb / a2 + 2.0 * ab * ab / (a2 * aa))
+    by_b, by_c = 0.5 / aa, -ab / a2
+    by_aa = 0.5 * (2.0 * bb / (a2 * aa) - 6.0 * ab * ab / (a2 * a2))
+    by_ab, by_ac, by_cc = -0.5 / a2, 2.0 * ab / (a2 * aa), -1.0 / a2
+    first, second = 1.0 / length, 1.0 / (length * length)
+    for a in range(3):
+        for b in range(3):
+            same = 1.0 if a == b else 0.0
+            x, y, s, t = g[a], g[3 + a], g[b], g[3 + b]
+            slopes = 2.0 * by_a * same + 4.0 * by_aa * x * s + 2.0 * by_ac * (x * t + y * s) + by_cc * y * t
+            mixed = by_c * same + 4.0 * by_ab * x * t + 2.0 * by_ac * x * s + by_cc * y * s
+            bends = 2.0 * by_b * same + by_cc * x * s
+            hessian[a, b] = bending * first * first * slopes
+            hessian[a, 3 + b] = bending * first * second * mixed
+            hessian[3 + b, a] = bending * first * second * mixed
+            hessian[3 + a, 3 + b] = bending * second * second * bends
+
+
+@kernel(inline=True)
+def _scatter(
+    slots: np.ndarray, scale: np.ndarray, size: int, symmetric: bool, blocks: np.ndarray, flat: np.ndarray
+) -> None:
+    """Add an element matrix to the flat block data, from blocks (6 or 9, 16) for pairs of components.
+
+    There are 6 pairs a <= b of a symmetric matrix, else 9.
+    """
+    pair = 0
+    for a in range(3):
+        for b in range(a if symmetric else 0, 3):
+            for i in range(4):
+                for j in range(4):
+                    value = scale[i] * scale[j] * blocks[pair, 4 * i + j]
+                    flat[slots[i, j] + a * size + b] += value
+                    if symmetric and b > a:
+                        flat[slots[j, i] + b * size + a] += value
+            pair += 1
+
+
+# on tables --------------------------------------------------------------------------------------------------------------
+
+@kernel
+def _cables_of(t: np.ndarray) -> CableArrays:
+    return CableArrays(
+        integers_2d(t, 0), floats_2d(t, 1), floats_1d(t, 2), floats_2d(t, 3), floats_1d(t, 4), floats_2d(t, 5),
+        floats_3d(t, 6), floats_3d(t, 7), floats_1d(t, 8), floats_1d(t, 9), floats_2d(t, 10),
+    )  # fmt: skip
+
+
+@kernel
+def _engineering(own: np.ndarray) -> bool:
+    return bool(integers_1d(own, _ENGINEERING)[0] == 1)
+
+
+@kernel
+def _add_forces(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    cable, engineering, viscosity = _cables_of(own), _engineering(own), moving * floats_1d(own, _VISCOSITY)[0]
+    q, u, force = floats_1d(table, Q), floats_1d(table, U), floats_1d(table, FORCE)
+    e, rates, element = np.empty((3, 4)), np.empty((3, 4)), np.empty((3, 4))
+    g, v = np.empty(6), np.empty(3)
+    remainder = cable.remainder[0]
+    for k in range(cable.vectors.shape[0]):
+        gather(cable.vectors[k], cable.scale[k], q, e)
+        if viscosity > 0.0:
+            gather(cable.vectors[k], cable.scale[k], u, rates)
+        length = cable.length[k]
+        axial, bending = cable.stiffness[k]
+        element[:] = 0.0
+        for point in range(cable.stretch_weights.shape[0]):
+            rows = cable.stretch_rows[point]
+            _derivatives(e, rows, length, g)
+            strain, slope, _ = _stretch(g, engineering)
+            elastic, _ = _force(axial, strain, remainder)
+            tension = (elastic + remainder * cable.release[k, point]) * slope
+            if viscosity > 0.0:
+                _derivatives(rates, rows, length, v)
+                tension += viscosity * axial * (g[0] * v[0] + g[1] * v[1] + g[2] * v[2])
+            for a in range(3):
+                for i in range(4):
+                    element[a, i] += cable.stretch_weights[point] * tension * g[a] * rows[0, i]
+        for point in range(cable.bend_weights.shape[0]):
+            rows = cable.bend_rows[point]
+            _derivatives(e, rows, length, g)
+            aa, bb, ab = _products(g)
+            by_a = 0.5 * (-bb / (aa * aa) + 2.0 * ab * ab / (aa * aa * aa))
+            by_b, by_c = 0.5 / aa, -ab / (aa * aa)
+            weight = cable.bend_weights[point] * bending
+            for a in range(3):
+                first = weight * (2.0 * by_a * g[a] + by_c * g[3 + a])
+                second = weight / length * (2.0 * by_b * g[3 + a] + by_c * g[a])
+                for i in range(4):
+                    element[a, i] += first * rows[0, i] + second * rows[1, i]
+        scatter_force(cable.vectors[k], cable.scale[k], -1.0, element, force)
+    return 0.0
+
+
+@kernel
+def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    _add_forces(table, own, moving)
+    cable, engineering, viscosity = _cables_of(own), _engineering(own), floats_1d(own, _VISCOSITY)[0]
+    q, u = floats_1d(table, Q), floats_1d(table, U)
+    stiffness, damping = floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
+    (count, width), size, moving = cable.vectors.shape, stiffness.shape[1], moving * viscosity
+    slots = integers_2d(own, _SLOTS).reshape(count, width, width)
+    into_stiffness, into_damping = stiffness.reshape(-1), damping.reshape(-1)
+    e, rates = np.empty((3, 4)), np.empty((3, 4))
+    g, v, bend = np.empty(6), np.zeros(3), np.empty((6, 6))
+    remainder, elements, points = cable.remainder[0], cable.vectors.shape[0], cable.stretch_weights.shape[0]
+    symmetric = moving == 0.0
+    pairs = 6 if symmetric else 9
+    factors = np.empty((pairs * elements, cable.products.shape[0]))
+    viscous = np.empty((6 * elements if viscosity > 0.0 else 0, points))
+    for k in range(elements):
+        gather(cable.vectors[k], cable.scale[k], q, e)
+        if not symmetric:
+            gather(cable.vectors[k], cable.scale[k], u, rates)
+        length = cable.length[k]
+        axial, bending = cable.stiffness[k]
+        for point in range(points):
+            rows = cable.stretch_rows[point]
+            _derivatives(e, rows, length, g)
+            if not symmetric:
+                _derivatives(rates, rows, length, v)
+            strain, slope, bow = _stretch(g, engineering)
+            rate = g[0] * v[0] + g[1] * v[1] + g[2] * v[2]
+            elastic, along = _force(axial, strain, remainder)
+            elastic += remainder * cable.release[k, point]
+            factor = cable.stretch_weights[point] / length
+            stiff = factor * (along * slope * slope + elastic * bow)
+            same = factor * (elastic * slope + axial * moving * rate)
+            row, other = pairs * k, 6 * k
+            for a in range(3):
+                for b in range(a if symmetric else 0, 3):
+                    factors[row, point] = stiff * g[a] * g[b] + factor * axial * moving * g[a] * v[b]
+                    if a == b:
+                        factors[row, point] += same
+                    row += 1
+                if viscosity > 0.0:
+                    for b in range(a, 3):
+                        viscous[other, point] = factor * axial * viscosity * g[a] * g[b]
+                        other += 1
+        for point in range(cable.bend_weights.shape[0]):
+            _derivatives(e, cable.bend_rows[point], length, g)
+            _bend_hessian(g, cable.bend_weights[point] * length * bending, length, bend)
+            first, row = points + 4 * point, pairs * k
+            for a in range(3):
+                for b in range(a if symmetric else 0, 3):
+                    factors[row, first], factors[row, first + 1] = bend[a, b], bend[a, 3 + b]
+                    factors[row, first + 2], factors[row, first + 3] = bend[3 + a, b], bend[3 + a, 3 + b]
+                    row += 1
+    blocks = np.dot(factors, cable.products)
+    for k in range(elements):
+        _scatter(slots[k], cable.scale[k], size, symmetric, blocks[pairs * k : pairs * (k + 1)], into_stiffness)
+    if viscosity > 0.0:
+        blocks = np.dot(viscous, cable.products[:points])
+        for k in range(elements):
+            _scatter(slots[k], cable.scale[k], size, True, blocks[6 * k : 6 * (k + 1)], into_damping)
+    return 0.0
+
+
+@kernel
+def _stored(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    cable, engineering, q = _cables_of(own), _engineering(own), floats_1d(table, Q)
+    e, g = np.empty((3, 4)), np.empty(6)
+    total = 0.0
+    for k in range(cable.vectors.shape[0]):
+        gather(cable.vectors[k], cable.scale[k], q, e)
+        length = cable.length[k]
+        axial, bending = cable.stiffness[k]
+        for point in range(cable.stretch_weights.shape[0]):
+            _derivatives(e, cable.stretch_rows[point], length, g)
+            strain, _, _ = _stretch(g, engineering)
+            elastic, _ = _force(axial, strain, cable.remainder[0])
+            density = 0.5 * elastic * strain + cable.remainder[0] * cable.release[k, point] * strain
+            total += cable.stretch_weights[point] * length * density
+        for point in range(cable.bend_weights.shape[0]):
+            _derivatives(e, cable.bend_rows[point], length, g)
+            aa, bb, ab = _products(g)
+            total += 0.5 * cable.bend_weights[point] * length * bending * (bb / aa - ab * ab / (aa * aa))
+    return total
+
+
+@kernel
+def _lost(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    cable, viscosity = _cables_of(own), moving * floats_1d(own, _VISCOSITY)[0]
+    q, u = floats_1d(table, Q), floats_1d(table, U)
+    if viscosity == 0.0:
+        return 0.0
+    e, g, v = np.empty((3, 4)), np.empty(3), np.empty(3)
+    power = 0.0
+    for k in range(cable.vectors.shape[0]):
+        length, axial = cable.length[k], cable.stiffness[k, 0]
+        for point in range(cable.stretch_weights.shape[0]):
+            gather(cable.vectors[k], cable.scale[k], q, e)
+            _derivatives(e, cable.stretch_rows[point], length, g)
+            gather(cable.vectors[k], cable.scale[k], u, e)
+            _derivatives(e, cable.stretch_rows[point], length, v)
+            rate = g[0] * v[0] + g[1] * v[1] + g[2] * v[2]
+            power += viscosity * cable.stretch_weights[point] * length * axial * rate * rate
+    return power
+
+
+CABLES = (_add_forces, _tangent, _stored, _lost)
+"""Kernels of a group, in the order of the columns of `Coordinates.kernels`."""
+
+
 @dataclass(frozen=True, eq=False)
 class CableGroup(ElementGroup):
     """Group of cables; see the module docstring.
@@ -106,21 +367,12 @@ class CableGroup(ElementGroup):
     engineering: bool = False
     tension_only: bool = False
     name: str = "cable"
-
-    @property
-    def kernels(self) -> tuple[Any, ...]:
-        """See `ElementGroup`."""
-        return CABLES
+    kernels = CABLES
 
     @property
     def table(self) -> list[np.ndarray]:
         """See `ElementGroup`."""
         return [*self.arrays, np.array([self.viscosity]), np.array([int(self.engineering)], dtype=np.int64)]
-
-    @property
-    def rate_dependent(self) -> bool:
-        """See `ElementGroup`."""
-        return self.viscosity > 0.0
 
     @property
     def wave_speed(self) -> float:
@@ -175,286 +427,3 @@ class CableGroup(ElementGroup):
             np.ascontiguousarray(first), np.ascontiguousarray(derivatives), stretch_weights, bend_weights,
             np.concatenate(products),
         )  # fmt: skip
-
-
-@kernel(inline=True)
-def _derivatives(e: np.ndarray, rows: np.ndarray, length: float, g: np.ndarray) -> None:
-    """Compute r', and r'' if `rows` contains it, at one point into g (3,) or (6,)."""
-    factor = 1.0
-    for p in range(rows.shape[0]):
-        factor /= length
-        for a in range(3):
-            total = 0.0
-            for i in range(4):
-                total += rows[p, i] * e[a, i]
-            g[3 * p + a] = factor * total
-
-
-@kernel(inline=True)
-def _products(g: np.ndarray) -> tuple[float, float, float]:
-    """Products A = r'.r', B = r''.r'', C = r'.r''."""
-    aa = g[0] * g[0] + g[1] * g[1] + g[2] * g[2]
-    bb = g[3] * g[3] + g[4] * g[4] + g[5] * g[5]
-    ab = g[0] * g[3] + g[1] * g[4] + g[2] * g[5]
-    return aa, bb, ab
-
-
-@kernel(inline=True)
-def _stretch(g: np.ndarray, engineering: bool) -> tuple[float, float, float]:
-    """Strain eps, and its first and second derivatives with respect to r'.r'/2."""
-    squared = g[0] * g[0] + g[1] * g[1] + g[2] * g[2]
-    if not engineering:
-        return 0.5 * (squared - 1.0), 1.0, 0.0
-    size = math.sqrt(squared)
-    return size - 1.0, 1.0 / size, -1.0 / (size * squared)
-
-
-@kernel(inline=True)
-def _force(axial: float, strain: float, remainder: float) -> tuple[float, float]:
-    """Force (N) of a strain without P, and its derivative; `remainder` is the fraction of EA under compression."""
-    part = axial if strain > 0.0 else remainder * axial
-    return part * strain, part
-
-
-@kernel
-def release_at(cable: CableArrays, engineering: bool, q: np.ndarray) -> None:
-    """Set the forces P so that no cable is under compression in this configuration."""
-    e, g = np.empty((3, 4)), np.empty(3)
-    for k in range(cable.vectors.shape[0]):
-        gather(cable.vectors[k], cable.scale[k], q, e)
-        for point in range(cable.stretch_weights.shape[0]):
-            _derivatives(e, cable.stretch_rows[point], cable.length[k], g)
-            strain, _, _ = _stretch(g, engineering)
-            cable.release[k, point] = -cable.stiffness[k, 0] * min(strain, 0.0)
-
-
-@kernel
-def stored_energy(cable: CableArrays, engineering: bool, q: np.ndarray) -> float:
-    """Energy of all cables, J."""
-    e, g = np.empty((3, 4)), np.empty(6)
-    total = 0.0
-    for k in range(cable.vectors.shape[0]):
-        gather(cable.vectors[k], cable.scale[k], q, e)
-        length = cable.length[k]
-        axial, bending = cable.stiffness[k]
-        for point in range(cable.stretch_weights.shape[0]):
-            _derivatives(e, cable.stretch_rows[point], length, g)
-            strain, _, _ = _stretch(g, engineering)
-            own, _ = _force(axial, strain, cable.remainder[0])
-            density = 0.5 * own * strain + cable.remainder[0] * cable.release[k, point] * strain
-            total += cable.stretch_weights[point] * length * density
-        for point in range(cable.bend_weights.shape[0]):
-            _derivatives(e, cable.bend_rows[point], length, g)
-            aa, bb, ab = _products(g)
-            total += 0.5 * cable.bend_weights[point] * length * bending * (bb / aa - ab * ab / (aa * aa))
-    return total
-
-
-@kernel
-def dissipation(cable: CableArrays, q: np.ndarray, u: np.ndarray, viscosity: float) -> float:
-    """Dissipated power of all cables, W."""
-    e, g, v = np.empty((3, 4)), np.empty(3), np.empty(3)
-    power = 0.0
-    for k in range(cable.vectors.shape[0]):
-        length, axial = cable.length[k], cable.stiffness[k, 0]
-        for point in range(cable.stretch_weights.shape[0]):
-            gather(cable.vectors[k], cable.scale[k], q, e)
-            _derivatives(e, cable.stretch_rows[point], length, g)
-            gather(cable.vectors[k], cable.scale[k], u, e)
-            _derivatives(e, cable.stretch_rows[point], length, v)
-            rate = g[0] * v[0] + g[1] * v[1] + g[2] * v[2]
-            power += viscosity * cable.stretch_weights[point] * length * axial * rate * rate
-    return power
-
-
-@kernel
-def add_force(
-    cable: CableArrays, engineering: bool, q: np.ndarray, u: np.ndarray, viscosity: float, force: np.ndarray
-) -> None:
-    """Add the forces of all cables; `u` is used only if the viscosity is not zero."""
-    e, rates, element = np.empty((3, 4)), np.empty((3, 4)), np.empty((3, 4))
-    g, v = np.empty(6), np.empty(3)
-    remainder = cable.remainder[0]
-    for k in range(cable.vectors.shape[0]):
-        gather(cable.vectors[k], cable.scale[k], q, e)
-        if viscosity > 0.0:
-            gather(cable.vectors[k], cable.scale[k], u, rates)
-        length = cable.length[k]
-        axial, bending = cable.stiffness[k]
-        element[:] = 0.0
-        for point in range(cable.stretch_weights.shape[0]):
-            rows = cable.stretch_rows[point]
-            _derivatives(e, rows, length, g)
-            strain, slope, _ = _stretch(g, engineering)
-            own, _ = _force(axial, strain, remainder)
-            tension = (own + remainder * cable.release[k, point]) * slope
-            if viscosity > 0.0:
-                _derivatives(rates, rows, length, v)
-                tension += viscosity * axial * (g[0] * v[0] + g[1] * v[1] + g[2] * v[2])
-            for a in range(3):
-                for i in range(4):
-                    element[a, i] += cable.stretch_weights[point] * tension * g[a] * rows[0, i]
-        for point in range(cable.bend_weights.shape[0]):
-            rows = cable.bend_rows[point]
-            _derivatives(e, rows, length, g)
-            aa, bb, ab = _products(g)
-            by_a = 0.5 * (-bb / (aa * aa) + 2.0 * ab * ab / (aa * aa * aa))
-            by_b, by_c = 0.5 / aa, -ab / (aa * aa)
-            weight = cable.bend_weights[point] * bending
-            for a in range(3):
-                first = weight * (2.0 * by_a * g[a] + by_c * g[3 + a])
-                second = weight / length * (2.0 * by_b * g[3 + a] + by_c * g[a])
-                for i in range(4):
-                    element[a, i] += first * rows[0, i] + second * rows[1, i]
-        scatter_force(cable.vectors[k], cable.scale[k], -1.0, element, force)
-
-
-@kernel(inline=True)
-def _bend_hessian(g: np.ndarray, bending: float, length: float, hessian: np.ndarray) -> None:
-    """Compute second derivatives (6, 6) of the bending energy per length with respect to r' and r'' (natural coordinate)."""
-    aa, bb, ab = _products(g)
-    a2 = aa * aa
-    by_a = 0.5 * (-bb / a2 + 2.0 * ab * ab / (a2 * aa))
-    by_b, by_c = 0.5 / aa, -ab / a2
-    by_aa = 0.5 * (2.0 * bb / (a2 * aa) - 6.0 * ab * ab / (a2 * a2))
-    by_ab, by_ac, by_cc = -0.5 / a2, 2.0 * ab / (a2 * aa), -1.0 / a2
-    first, second = 1.0 / length, 1.0 / (length * length)
-    for a in range(3):
-        for b in range(3):
-            same = 1.0 if a == b else 0.0
-            x, y, s, t = g[a], g[3 + a], g[b], g[3 + b]
-            slopes = 2.0 * by_a * same + 4.0 * by_aa * x * s + 2.0 * by_ac * (x * t + y * s) + by_cc * y * t
-            mixed = by_c * same + 4.0 * by_ab * x * t + 2.0 * by_ac * x * s + by_cc * y * s
-            bends = 2.0 * by_b * same + by_cc * x * s
-            hessian[a, b] = bending * first * first * slopes
-            hessian[a, 3 + b] = bending * first * second * mixed
-            hessian[3 + b, a] = bending * first * second * mixed
-            hessian[3 + a, 3 + b] = bending * second * second * bends
-
-
-@kernel(inline=True)
-def _scatter(
-    slots: np.ndarray, scale: np.ndarray, size: int, symmetric: bool, blocks: np.ndarray, flat: np.ndarray
-) -> None:
-    """Add an element matrix to the flat block data, from blocks (6 or 9, 16) for pairs of components.
-
-    There are 6 pairs a <= b of a symmetric matrix, else 9.
-    """
-    pair = 0
-    for a in range(3):
-        for b in range(a if symmetric else 0, 3):
-            for i in range(4):
-                for j in range(4):
-                    value = scale[i] * scale[j] * blocks[pair, 4 * i + j]
-                    flat[slots[i, j] + a * size + b] += value
-                    if symmetric and b > a:
-                        flat[slots[j, i] + b * size + a] += value
-            pair += 1
-
-
-@kernel
-def add_tangent(
-    cable: CableArrays, engineering: bool, q: np.ndarray, u: np.ndarray, moving: float, viscosity: float,
-    slots: np.ndarray, size: int, into_stiffness: np.ndarray, into_damping: np.ndarray,
-) -> None:  # fmt: skip
-    """Add -dh/dq and -dh/du of all cables to the flat block data; `moving` is the viscosity, or 0 at rest."""
-    e, rates = np.empty((3, 4)), np.empty((3, 4))
-    g, v, bend = np.empty(6), np.zeros(3), np.empty((6, 6))
-    remainder, elements, points = cable.remainder[0], cable.vectors.shape[0], cable.stretch_weights.shape[0]
-    symmetric = moving == 0.0
-    pairs = 6 if symmetric else 9
-    factors = np.empty((pairs * elements, cable.products.shape[0]))
-    viscous = np.empty((6 * elements if viscosity > 0.0 else 0, points))
-    for k in range(elements):
-        gather(cable.vectors[k], cable.scale[k], q, e)
-        if not symmetric:
-            gather(cable.vectors[k], cable.scale[k], u, rates)
-        length = cable.length[k]
-        axial, bending = cable.stiffness[k]
-        for point in range(points):
-            rows = cable.stretch_rows[point]
-            _derivatives(e, rows, length, g)
-            if not symmetric:
-                _derivatives(rates, rows, length, v)
-            strain, slope, bow = _stretch(g, engineering)
-            rate = g[0] * v[0] + g[1] * v[1] + g[2] * v[2]
-            own, along = _force(axial, strain, remainder)
-            own += remainder * cable.release[k, point]
-            factor = cable.stretch_weights[point] / length
-            stiff = factor * (along * slope * slope + own * bow)
-            same = factor * (own * slope + axial * moving * rate)
-            row, other = pairs * k, 6 * k
-            for a in range(3):
-                for b in range(a if symmetric else 0, 3):
-                    factors[row, point] = stiff * g[a] * g[b] + factor * axial * moving * g[a] * v[b]
-                    if a == b:
-                        factors[row, point] += same
-                    row += 1
-                if viscosity > 0.0:
-                    for b in range(a, 3):
-                        viscous[other, point] = factor * axial * viscosity * g[a] * g[b]
-                        other += 1
-        for point in range(cable.bend_weights.shape[0]):
-            _derivatives(e, cable.bend_rows[point], length, g)
-            _bend_hessian(g, cable.bend_weights[point] * length * bending, length, bend)
-            first, row = points + 4 * point, pairs * k
-            for a in range(3):
-                for b in range(a if symmetric else 0, 3):
-                    factors[row, first], factors[row, first + 1] = bend[a, b], bend[a, 3 + b]
-                    factors[row, first + 2], factors[row, first + 3] = bend[3 + a, b], bend[3 + a, 3 + b]
-                    row += 1
-    blocks = np.dot(factors, cable.products)
-    for k in range(elements):
-        _scatter(slots[k], cable.scale[k], size, symmetric, blocks[pairs * k : pairs * (k + 1)], into_stiffness)
-    if viscosity > 0.0:
-        blocks = np.dot(viscous, cable.products[:points])
-        for k in range(elements):
-            _scatter(slots[k], cable.scale[k], size, True, blocks[6 * k : 6 * (k + 1)], into_damping)
-
-
-# on tables --------------------------------------------------------------------------------------------------------------
-
-@kernel
-def _cables_of(t: np.ndarray) -> CableArrays:
-    return CableArrays(
-        integers_2d(t, 0), floats_2d(t, 1), floats_1d(t, 2), floats_2d(t, 3), floats_1d(t, 4), floats_2d(t, 5),
-        floats_3d(t, 6), floats_3d(t, 7), floats_1d(t, 8), floats_1d(t, 9), floats_2d(t, 10),
-    )  # fmt: skip
-
-
-@kernel
-def _add_forces(table: np.ndarray, own: np.ndarray, moving: float) -> float:
-    engineering, viscosity = integers_1d(own, _ENGINEERING)[0] == 1, moving * floats_1d(own, _VISCOSITY)[0]
-    add_force(_cables_of(own), engineering, floats_1d(table, Q), floats_1d(table, U), viscosity, floats_1d(table, FORCE))
-    return 0.0
-
-
-@kernel
-def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
-    _add_forces(table, own, moving)
-    cables, stiffness, damping = _cables_of(own), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
-    engineering, viscosity = integers_1d(own, _ENGINEERING)[0] == 1, floats_1d(own, _VISCOSITY)[0]
-    count, width = cables.vectors.shape
-    slots = integers_2d(own, _SLOTS).reshape(count, width, width)
-    add_tangent(
-        cables, engineering, floats_1d(table, Q), floats_1d(table, U), moving * viscosity, viscosity, slots,
-        stiffness.shape[1], stiffness.reshape(-1), damping.reshape(-1),
-    )  # fmt: skip
-    return 0.0
-
-
-@kernel
-def _stored(table: np.ndarray, own: np.ndarray, moving: float) -> float:
-    return stored_energy(_cables_of(own), integers_1d(own, _ENGINEERING)[0] == 1, floats_1d(table, Q))
-
-
-@kernel
-def _lost(table: np.ndarray, own: np.ndarray, moving: float) -> float:
-    viscosity = moving * floats_1d(own, _VISCOSITY)[0]
-    if viscosity == 0.0:
-        return 0.0
-    return dissipation(_cables_of(own), floats_1d(table, Q), floats_1d(table, U), viscosity)
-
-
-CABLES = (_add_forces, _tangent, _stored, _lost)
-"""Kernels of a group, in the order of the columns of `Coordinates.kernels`."""

@@ -10,7 +10,6 @@ steps call them by their addresses, and so do the methods of the group.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -70,7 +69,7 @@ class _Alone:
         self.before: PreviousState | None = None
         self._slots: np.ndarray | None = None
         self._use(np.zeros((0, *group.vectors.shape[1:] * 2), dtype=np.int64))
-        self._addresses = dict[int, int]()
+        self._addresses = dict[Any, int]()
 
     def _use(self, slots: np.ndarray) -> None:
         if self._slots is not slots:
@@ -86,42 +85,49 @@ class _Alone:
             self._use(slots)
         moving, rates, last = (0.0, q, q) if u is None else (1.0, u, q if self.before is None else self.before[1])
         moving = moving if column < at.PUT_IN_AT else 0.0
-        if column not in self._addresses:
-            self._addresses[column] = address_of(self.group.kernels[column], self.table, self.own, 0.0)
-        address = self._addresses[column]
-        return float(_call(address, self.table, self.own, moving, q, rates, force, stiffness, damping, last))
+        return self._run(self.group.kernels[column], moving, q, rates, force, stiffness, damping, last)
+
+    def accept(self, t: float, q: np.ndarray) -> None:
+        """Call the kernel that accepts a state."""
+        self._run(self.group.accept, t, q, q, q, _NO_BLOCKS, _NO_BLOCKS, q)
+
+    def _run(self, function: Any, number: float, *arrays: np.ndarray) -> float:
+        if function not in self._addresses:
+            self._addresses[function] = address_of(function, self.table, self.own, 0.0)
+        return float(_call(self._addresses[function], self.table, self.own, float(number), *arrays))
 
 
-class ElementGroup(ABC):
+class ElementGroup:
     """Batch of elements of one kind; q and u (n,) are all coordinates of the mesh and their rates.
 
     Attributes
     ----------
     vectors : (m, v) int array
         First coordinate of each vector of each element.
-    name : name of the energy
+    name : name of the energy; empty without one
     """
 
     vectors: np.ndarray
     name: str
+    kernels: tuple[Any, ...]
+    """Kernels of the kind, in the order of the columns of `Coordinates.kernels`."""
+    viscosity: float = 0.0
+    """Kelvin-Voigt time, s."""
+    arrays: Any
+    """Tuple of arrays of the kind."""
     accept: Any = None
     """Kernel that changes the memory at an accepted state, with the arguments of `kernels` and its time; None without
     memory."""
 
     @property
-    @abstractmethod
-    def kernels(self) -> tuple[Any, ...]:
-        """Kernels of the kind, in the order of the columns of `Coordinates.kernels`."""
-
-    @property
-    @abstractmethod
     def table(self) -> list[np.ndarray]:
         """Arrays of the table of the group, without the positions of matrix blocks, which follow."""
+        return list(self.arrays)
 
     @property
     def rate_dependent(self) -> bool:
         """Whether the forces depend on velocities."""
-        return False
+        return self.viscosity > 0.0
 
     def mass(self) -> MassPart:
         """Constant mass matrices; by default no mass."""
@@ -174,6 +180,10 @@ class ElementGroup(ABC):
         """Power that the elements put into the system, W."""
         return self._alone.call(at.PUT_IN_AT, q, u, q) if len(self.kernels) > at.PUT_IN_AT else 0.0
 
+    def slid(self, q: np.ndarray, u: np.ndarray) -> float:
+        """Power that the memory of the elements dissipates, W."""
+        return self._alone.call(at.SLID_AT, q, u, q) if len(self.kernels) > at.SLID_AT else 0.0
+
     @property
     def low_rank(self) -> LowRank | None:
         """Part of -dh/dq at the last tangent that is not in block data; by default none."""
@@ -187,21 +197,34 @@ class ElementGroup(ABC):
         """Times at which a function of time of the group is not smooth, s; by default none."""
         return []
 
-    # memory: by default none --------------------------------------------------------------------------------------------
+    def peak_times(self) -> list[float]:
+        """Times among which the forces of the group at rest are largest, s."""
+        return self.break_times()
+
+    # memory -------------------------------------------------------------------------------------------------------------
+
+    @property
+    def kept(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Arrays of the memory, which `accept` changes in place, and their values at the start; by default none."""
+        return []
 
     def commit(self, t: float, q: np.ndarray) -> None:
         """Change the memory at an accepted state."""
-        return
+        if self.accept is not None:
+            self._alone.accept(t, q)
 
     @property
     def remembered(self) -> int:
         """Length of the memory."""
-        return 0
+        return sum(len(one) for one, _ in self.kept)
 
     def memory(self) -> np.ndarray:
         """Memory as one flat array."""
-        return np.zeros(0)
+        return np.concatenate([np.zeros(0), *(one for one, _ in self.kept)])
 
     def restore(self, memory: np.ndarray) -> None:
         """Set the memory; an empty array sets it to that of the start."""
-        return
+        begin = 0
+        for one, first in self.kept:
+            one[:] = memory[begin : begin + len(one)] if len(memory) else first
+            begin += len(one)

@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -48,59 +48,6 @@ class BarArrays(NamedTuple):
     vectors: np.ndarray
     sizes: np.ndarray
     law: np.ndarray
-
-
-@dataclass(eq=False)
-class BarGroup(ElementGroup):
-    """Straight bars between two points each; see the module docstring.
-
-    Attributes
-    ----------
-    vectors : (m, 2) int array
-        First coordinates of the positions.
-    length : (m,) array, m
-        Unstressed lengths.
-    stiffness : (m,) array, N
-        E A.
-    law : "linear", "green" or "ogden"
-    exponents : a and b of "ogden"
-    viscosity : s
-        Kelvin-Voigt time tau.
-    """
-
-    vectors: np.ndarray
-    length: np.ndarray
-    stiffness: np.ndarray
-    law: str = "linear"
-    exponents: tuple[float, float] = (5.0, 1.0)
-    viscosity: float = 0.0
-    name: str = "bars"
-
-    @property
-    def kernels(self) -> tuple[Any, ...]:
-        """See `ElementGroup`."""
-        return BARS
-
-    @property
-    def table(self) -> list[np.ndarray]:
-        """See `ElementGroup`."""
-        return list(self.arrays)
-
-    @property
-    def rate_dependent(self) -> bool:
-        """See `ElementGroup`."""
-        return self.viscosity > 0.0
-
-    def forces(self, q: np.ndarray) -> np.ndarray:
-        """Axial force of every bar at rest, (m,), N; tension is positive."""
-        return np.asarray(_forces(self.arrays, q))
-
-    @cached_property
-    def arrays(self) -> BarArrays:
-        """Arrays of the kernels."""
-        sizes = np.ascontiguousarray(np.column_stack([self.length, self.stiffness]))
-        law = np.array([float(_LAWS.index(self.law)), *self.exponents, self.viscosity])
-        return BarArrays(np.ascontiguousarray(self.vectors), sizes, law)
 
 
 @kernel
@@ -174,83 +121,6 @@ def mean_rates(bars: BarArrays, q: np.ndarray, last: np.ndarray, duration: float
     return now
 
 
-@kernel
-def stored_energy(bars: BarArrays, q: np.ndarray) -> float:
-    """Energy of all bars, J."""
-    along, total = np.empty(3), 0.0
-    for k in range(bars.vectors.shape[0]):
-        length, stiff = bars.sizes[k, 0], bars.sizes[k, 1]
-        total += stiff * length * _energies(bars.law, _length(bars.vectors[k], q, along) / length)[0]
-    return total
-
-
-@kernel
-def dissipation(bars: BarArrays, rates: np.ndarray) -> float:
-    """Dissipated power of all bars, W, from the rates of the stretches."""
-    total = 0.0
-    for k in range(rates.shape[0]):
-        total += bars.law[_VISCOSITY] * bars.sizes[k, 0] * bars.sizes[k, 1] * rates[k] * rates[k]
-    return total
-
-
-@kernel
-def add_force(bars: BarArrays, q: np.ndarray, rates: np.ndarray, force: np.ndarray) -> None:
-    """Add the forces of all bars, with the rates (m,) of their stretches."""
-    along = np.empty(3)
-    for k in range(bars.vectors.shape[0]):
-        first, last = bars.vectors[k, 0], bars.vectors[k, 1]
-        stretch = _length(bars.vectors[k], q, along) / bars.sizes[k, 0]
-        axial = bars.sizes[k, 1] * (_energies(bars.law, stretch)[1] + bars.law[_VISCOSITY] * rates[k])
-        for a in range(3):
-            force[first + a] += axial * along[a]
-            force[last + a] -= axial * along[a]
-
-
-@kernel
-def add_tangent(
-    bars: BarArrays, q: np.ndarray, u: np.ndarray, rates: np.ndarray, turning: float, moving: float, slots: np.ndarray,
-    size: int, into_stiffness: np.ndarray, into_damping: np.ndarray,
-) -> None:  # fmt: skip
-    """Add -dh/dq and -dh/du to the flat block data.
-
-    Parameters
-    ----------
-    bars : BarArrays
-    q, u : (n,) arrays
-    rates : (m,) array, 1/s
-        Rates of the stretches.
-    turning : 1 if these rates depend on q by u, else 0
-    moving : 1 in motion, 0 at rest
-    slots : (m, 2, 2) int array, see `ElementGroup.add_linearised`
-    size : size of the blocks
-    into_stiffness, into_damping : flat block data
-    """
-    along, across = np.empty(3), np.zeros(3)
-    viscosity = bars.law[_VISCOSITY]
-    for k in range(bars.vectors.shape[0]):
-        length, stiff = bars.sizes[k, 0], bars.sizes[k, 1]
-        stretch = _length(bars.vectors[k], q, along) / length
-        _, first, second = _energies(bars.law, stretch)
-        axial = stiff * second / length
-        aside = stiff * (first + viscosity * rates[k]) / (stretch * length)
-        damper = viscosity * stiff / length
-        if turning == 1.0:
-            for a in range(3):
-                across[a] = u[bars.vectors[k, 1] + a] - u[bars.vectors[k, 0] + a] - rates[k] * length * along[a]
-        for a in range(3):
-            for b in range(3):
-                dyad = along[a] * along[b]
-                value = (axial - aside) * dyad + (aside if a == b else 0.0)
-                if turning == 1.0:
-                    value += damper / (stretch * length) * along[a] * across[b]
-                for i in range(2):
-                    for j in range(2):
-                        sign = 1.0 if i == j else -1.0
-                        into_stiffness[slots[k, i, j] + a * size + b] += sign * value
-                        if damper != 0.0 and moving == 1.0:
-                            into_damping[slots[k, i, j] + a * size + b] += sign * damper * dyad
-
-
 # on tables --------------------------------------------------------------------------------------------------------------
 
 @kernel
@@ -271,35 +141,109 @@ def _rates(table: np.ndarray, bars: BarArrays, moving: float) -> np.ndarray:
 
 @kernel
 def _add_forces(table: np.ndarray, own: np.ndarray, moving: float) -> float:
-    bars = _bars_of(own)
-    add_force(bars, floats_1d(table, Q), _rates(table, bars, moving), floats_1d(table, FORCE))
+    bars, q, force = _bars_of(own), floats_1d(table, Q), floats_1d(table, FORCE)
+    rates, along = _rates(table, bars, moving), np.empty(3)
+    for k in range(bars.vectors.shape[0]):
+        first, last = bars.vectors[k, 0], bars.vectors[k, 1]
+        stretch = _length(bars.vectors[k], q, along) / bars.sizes[k, 0]
+        axial = bars.sizes[k, 1] * (_energies(bars.law, stretch)[1] + bars.law[_VISCOSITY] * rates[k])
+        for a in range(3):
+            force[first + a] += axial * along[a]
+            force[last + a] -= axial * along[a]
     return 0.0
 
 
 @kernel
 def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    _add_forces(table, own, moving)
     bars, stiffness, damping = _bars_of(own), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
-    q, rates = floats_1d(table, Q), _rates(table, bars, moving)
-    turning = moving if floats_1d(table, NUMBERS)[MEAN_OVER] == 0.0 else 0.0
-    add_force(bars, q, rates, floats_1d(table, FORCE))
+    q, u, rates, size = floats_1d(table, Q), floats_1d(table, U), _rates(table, bars, moving), stiffness.shape[1]
+    turning = moving == 1.0 and floats_1d(table, NUMBERS)[MEAN_OVER] == 0.0  # else the rates do not depend on q by u
     slots = integers_2d(own, _SLOTS).reshape(bars.vectors.shape[0], 2, 2)
-    add_tangent(
-        bars, q, floats_1d(table, U), rates, turning, moving, slots, stiffness.shape[1], stiffness.reshape(-1),
-        damping.reshape(-1),
-    )  # fmt: skip
+    into_stiffness, into_damping = stiffness.reshape(-1), damping.reshape(-1)
+    along, across = np.empty(3), np.zeros(3)
+    viscosity = bars.law[_VISCOSITY]
+    for k in range(bars.vectors.shape[0]):
+        length, stiff = bars.sizes[k, 0], bars.sizes[k, 1]
+        stretch = _length(bars.vectors[k], q, along) / length
+        _, first, second = _energies(bars.law, stretch)
+        axial = stiff * second / length
+        aside = stiff * (first + viscosity * rates[k]) / (stretch * length)
+        damper = viscosity * stiff / length
+        if turning:
+            for a in range(3):
+                across[a] = u[bars.vectors[k, 1] + a] - u[bars.vectors[k, 0] + a] - rates[k] * length * along[a]
+        for a in range(3):
+            for b in range(3):
+                dyad = along[a] * along[b]
+                value = (axial - aside) * dyad + (aside if a == b else 0.0)
+                if turning:
+                    value += damper / (stretch * length) * along[a] * across[b]
+                for i in range(2):
+                    for j in range(2):
+                        sign = 1.0 if i == j else -1.0
+                        into_stiffness[slots[k, i, j] + a * size + b] += sign * value
+                        if damper != 0.0 and moving == 1.0:
+                            into_damping[slots[k, i, j] + a * size + b] += sign * damper * dyad
     return 0.0
 
 
 @kernel
 def _stored(table: np.ndarray, own: np.ndarray, moving: float) -> float:
-    return stored_energy(_bars_of(own), floats_1d(table, Q))
+    bars, q, along, total = _bars_of(own), floats_1d(table, Q), np.empty(3), 0.0
+    for k in range(bars.vectors.shape[0]):
+        length, stiff = bars.sizes[k, 0], bars.sizes[k, 1]
+        total += stiff * length * _energies(bars.law, _length(bars.vectors[k], q, along) / length)[0]
+    return total
 
 
 @kernel
 def _lost(table: np.ndarray, own: np.ndarray, moving: float) -> float:
-    bars = _bars_of(own)
-    return dissipation(bars, _rates(table, bars, moving))
+    bars, total = _bars_of(own), 0.0
+    rates = _rates(table, bars, moving)
+    for k in range(rates.shape[0]):
+        total += bars.law[_VISCOSITY] * bars.sizes[k, 0] * bars.sizes[k, 1] * rates[k] * rates[k]
+    return total
 
 
 BARS = (_add_forces, _tangent, _stored, _lost)
 """Kernels of a group, in the order of the columns of `Coordinates.kernels`."""
+
+
+@dataclass(eq=False)
+class BarGroup(ElementGroup):
+    """Straight bars between two points each; see the module docstring.
+
+    Attributes
+    ----------
+    vectors : (m, 2) int array
+        First coordinates of the positions.
+    length : (m,) array, m
+        Unstressed lengths.
+    stiffness : (m,) array, N
+        E A.
+    law : "linear", "green" or "ogden"
+    exponents : a and b of "ogden"
+    viscosity : s
+        Kelvin-Voigt time tau.
+    """
+
+    vectors: np.ndarray
+    length: np.ndarray
+    stiffness: np.ndarray
+    law: str = "linear"
+    exponents: tuple[float, float] = (5.0, 1.0)
+    viscosity: float = 0.0
+    name: str = "bars"
+    kernels = BARS
+
+    def forces(self, q: np.ndarray) -> np.ndarray:
+        """Axial force of every bar at rest, (m,), N; tension is positive."""
+        return np.asarray(_forces(self.arrays, q))
+
+    @cached_property
+    def arrays(self) -> BarArrays:
+        """Arrays of the kernels."""
+        sizes = np.ascontiguousarray(np.column_stack([self.length, self.stiffness]))
+        law = np.array([float(_LAWS.index(self.law)), *self.exponents, self.viscosity])
+        return BarArrays(np.ascontiguousarray(self.vectors), sizes, law)

@@ -6,22 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fsm.interactions.bushing_planar import (
-    advance_efforts_planar,
-    deformations_pose_planar,
-    force_pose_planar,
-    linearise_pose_planar,
-    stored_pose_planar,
-    widest_pose_planar,
-)
-from fsm.interactions.bushing_spatial import (
-    advance_efforts_spatial,
-    deformations_pose_spatial,
-    force_pose_spatial,
-    linearise_pose_spatial,
-    stored_pose_spatial,
-    widest_pose_spatial,
-)
 from fsm.kernels.addresses import address_table
 from fsm.kernels.block_equations import equation_kernels, pattern_arrays
 from fsm.kernels.block_lu import fill_in
@@ -35,7 +19,7 @@ from fsm.model.bodies.loads import GravityGroup, LoadGroup
 from fsm.model.bodies.pattern import BodyPattern
 from fsm.model.contact.contacts import ContactGroup
 from fsm.model.elements.element_group import ElementArrays, ElementGroup, ElementKernels
-from fsm.model.elements.elements import BushingGroup
+from fsm.model.elements.elements import BUSHINGS, BushingGroup
 from fsm.model.elements.locked_inertia import have_loops
 from fsm.model.system.contact_arrays_of import ContactModel
 from fsm.solve.interface.records import Ready
@@ -44,14 +28,6 @@ from fsm.solve.stepping.model import ArrayModel
 if TYPE_CHECKING:
     from fsm.model.system.force_system import SegmentForces
 
-_PLANAR_SPRINGS = SpringKernels(
-    force_pose_planar, linearise_pose_planar, stored_pose_planar, deformations_pose_planar, advance_efforts_planar,
-    widest_pose_planar,
-)
-_SPATIAL_SPRINGS = SpringKernels(
-    force_pose_spatial, linearise_pose_spatial, stored_pose_spatial, deformations_pose_spatial, advance_efforts_spatial,
-    widest_pose_spatial,
-)
 _NONE, _NO_PAIRS, _NO_NUMBERS = np.zeros(0, dtype=np.int64), np.zeros((0, 2), dtype=np.int64), np.zeros(0)
 
 
@@ -80,7 +56,7 @@ def segments_of(
     """
     arrays, rest, elements = _arrays(system, pattern, known, factors, contacts.pair_energy)
     table, springs = address_table(arrays.flat), arrays.springs
-    of_springs = _SPATIAL_SPRINGS if system.spatial else _PLANAR_SPRINGS
+    of_springs = BUSHINGS[system.size].in_one_pass
     own, (poses, rates) = (springs.bodies, springs.constants), (arrays.poses, arrays.rates)
     before, sums = (*own, springs.last, 0.0), (arrays.force, arrays.stiffness, arrays.damping)
     of_statics = (

@@ -27,7 +27,7 @@ from fsm.kernels.programs import table_of
 from fsm.model.bodies.arrays import AGAIN, LARGEST, STEP, WORK
 from fsm.model.bodies.configuration import Bodies, Configuration
 from fsm.model.bodies.drive import PrescribedMotion
-from fsm.model.bodies.group import Group, GroupSteps, PreviousPoses
+from fsm.model.bodies.group import BlockSums, BodyState, Group, GroupSteps, PreviousPoses
 from fsm.model.bodies.pattern import BodyPattern, body_pattern
 from fsm.model.contact.contact_memory import ContactDepths
 from fsm.model.contact.contact_set import ContactSet
@@ -38,8 +38,7 @@ from fsm.model.elements.locked_inertia import length_at
 from fsm.model.elements.spring_locks import SpringLocks
 from fsm.model.plan.in_python import of_compiler
 from fsm.solve.interface.records import DriveState, Linearised, PreviousState
-from fsm.solve.interface.rest_scales import scales_at_rest
-from fsm.solve.interface.scales import OF_DRIVES, AtRest, Scales
+from fsm.solve.interface.scales import OF_DRIVES, AtRest, Scales, scales_at_rest
 from fsm.solve.stepping.accuracy import ACCURATE, trial_vector
 
 if TYPE_CHECKING:
@@ -57,19 +56,20 @@ class SegmentForces(Configuration):
     """Forces, stiffness, damping and mass of finite segments; see `SegmentSystem`."""
 
     _statics: NewerMemory | None = None
+    mixed = True
 
     def __init__(
         self,
         bodies: Bodies,
         motions: tuple[PrescribedMotion, ...],
         groups: tuple[Group, ...],
-        contacts: tuple[ContactGroup, ...],
         pair_names: tuple[str, ...],
     ) -> None:
         super().__init__(bodies, motions)
-        self._groups, self._contacts = groups, ContactSet(contacts)
+        self._groups = groups
+        self._contacts = ContactSet(group for group in groups if isinstance(group, ContactGroup))
         self.pair_names = pair_names
-        self.fixed_pattern, self.of_vectors = not contacts, False
+        self.fixed_pattern, self.of_vectors = not self._contacts, False
         self.rate_dependent = any(group.rate_dependent for group in groups)
         self._mass = bodies.inertia[bodies.free].ravel()
         self._dof = np.full(len(bodies.names), -1, dtype=np.int64)
@@ -81,7 +81,7 @@ class SegmentForces(Configuration):
         self._sliding = tuple(group for group in groups if isinstance(group, ElementGroup) and len(group.memory_of))
         self.remembers = bool(self._sliding)
         self.locking = tuple(group for group in groups if isinstance(group, ElementGroup) and group.locks)
-        frictions = [group.friction for group in groups if isinstance(group, ContactGroup) and group.friction is not None]
+        frictions = [group.friction for group in self._contacts if group.friction is not None]
         self.bristles = any(friction.law.bristle for friction in frictions)
         # springs without dampers do not depend on the last state
         self._looks_back = self.rate_dependent or groups != (*self._springs, *self._held)
@@ -176,8 +176,7 @@ class SegmentForces(Configuration):
 
     def force(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> np.ndarray:
         """See `System`."""
-        forces = self._all_forces(t, *self.place(t, q, u, before), self.past(t, before))
-        return self._generalised(t, q, u, before, forces)
+        return self._generalised(t, q, u, before, self._all_forces(self.state(t, q, u, before)))
 
     def force_rate(self, t: float, q: np.ndarray) -> np.ndarray:
         """See `System`; the result is the product of the columns of K of driven bodies and their speed."""
@@ -187,55 +186,61 @@ class SegmentForces(Configuration):
             group.add_force_rate(t, poses, direct)
         change = self._folded(q, direct[self._ordered].ravel())
         if len(self.driven):
-            pattern, stiffness, _ = self._with_driven(t, poses, rates, self.groups)
+            pattern, _, stiffness, _ = self._with_driven(BodyState(t, poses, rates), self.groups)
             speeds = np.zeros((pattern.order, self.size))
             moving = self._body_rates(np.zeros(self.n_free * self.size), t)
             speeds[pattern.dof[self.driven]] = moving[self.driven]
             change = self._folded(q, -BlockMatrix(pattern, stiffness).times(speeds.ravel())) + change
+            if self._of_all is not None:
+                vectors, weights, free = self._on_all_bodies()
+                change -= (weights @ (vectors @ moving.ravel())) @ free
         return np.asarray(change)
 
-    def _with_driven(
-        self,
-        t: float,
-        poses: np.ndarray,
-        rates: np.ndarray,
-        groups: tuple[Group, ...],
-        past: PreviousPoses | None = None,
-        turned: np.ndarray | None = None,
-    ) -> tuple[BodyPattern, np.ndarray, np.ndarray]:
-        """Block data of K and D of groups, and their pattern; here driven bodies count as free, and come after the free
-        bodies.
-        """
-        pairs, versions = zip(*(group.pairs(poses) for group in groups), strict=True) if groups else ((), ())
+    def _with_driven(self, at: BodyState, groups: tuple[Group, ...], turned: np.ndarray | None = None) -> BlockSums:
+        """Sums of groups; here driven bodies count as free, and come after the free bodies."""
+        pairs, versions = zip(*(group.pairs(at.poses) for group in groups), strict=True) if groups else ((), ())
         key = (*map(id, groups), *versions)
         if self._driven_pattern is None or key != self._driven_key:
             dof = self._dof.copy()
             moving = [body for motion in self.motions for body in motion.bodies]
             dof[moving] = len(self._ordered) + np.arange(len(moving))
             self._driven_pattern, self._driven_key = body_pattern(dof, list(pairs), self.size), key
-        pattern = self._driven_pattern
-        force, stiffness, damping = np.zeros(rates.shape), pattern.zeros(), pattern.zeros()
+        sums = BlockSums.zero(self._driven_pattern, at)
         by_rates = [group for group in groups if isinstance(group, ContactGroup)]
         others = [group for group in groups if not isinstance(group, ContactGroup)]
         for contacts in by_rates:
-            contacts.add_linearised(t, poses, rates, pattern, force, stiffness, damping, past)
+            contacts.add_linearised(at, sums)
         if by_rates and turned is not None:
-            multiply_block_diagonal(damping, turned, pattern.indices)
+            multiply_block_diagonal(sums.damping, turned, sums.pattern.indices)
         for group in others:
-            group.add_linearised(t, poses, rates, pattern, force, stiffness, damping, past)
-        return pattern, stiffness, damping
+            group.add_linearised(at, sums)
+        return sums
+
+    @cached_property
+    def _of_all(self) -> Group | None:
+        """Group with a stiffness of low rank, which joins all bodies."""
+        return next((group for group in self._groups if group.low_rank is not None), None)
 
     @property
-    def _stiffness_of_gas(self) -> tuple[LowRank, np.ndarray] | None:
+    def _changing(self) -> tuple[LowRank, np.ndarray] | None:
         """Stiffness of low rank at the last tangent, whose arrays change in place, and column of its vectors of each
-        coordinate (nu,), or -1; None without gas.
+        coordinate (nu,), or -1; None without any.
         """
-        return None
+        found = None if self._of_all is None else self._of_all.low_rank
+        if found is None:
+            return None
+        return found, (self.size * self.bodies.free[:, None] + np.arange(self.size)).ravel()
+
+    def _on_all_bodies(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Vectors (k, n_bodies * size) of this stiffness, weights, and vectors (k, nu) of the free bodies."""
+        assert self._changing is not None
+        low_rank, free = self._changing
+        return low_rank.vectors, low_rank.weights, low_rank.vectors[:, free]
 
     @property
     def low_rank(self) -> LowRank | None:
         """Stiffness of low rank at the last tangent."""
-        found = self._stiffness_of_gas
+        found = self._changing
         if found is None:
             return None
         (changing, columns) = found
@@ -244,7 +249,7 @@ class SegmentForces(Configuration):
 
     def low_rank_table(self) -> np.ndarray | None:
         """Table of this stiffness for compiled models."""
-        found = self._stiffness_of_gas
+        found = self._changing
         if found is None:
             return None
         from fsm.kernels.low_rank import LowRankEquations  # imports the kernels of all steps
@@ -262,12 +267,11 @@ class SegmentForces(Configuration):
         """See `System`."""
         if not any(group.friction is not None for group in self.contacts):
             return None
-        poses, at_rest = self.place(t, q, None)
-        pattern = self._current_pattern(poses)
-        zeros = np.zeros(at_rest.shape), pattern.zeros(), pattern.zeros()
+        at = self.state(t, q, None)
+        sums = BlockSums.zero(self._current_pattern(at.poses), at)
         for contacts in self.contacts:
-            contacts.add_linearised(t, poses, at_rest, pattern, np.zeros(at_rest.shape), pattern.zeros(), zeros[2], None)
-        return self._assembled(t, q, None, None, pattern, zeros, None).damping
+            contacts.add_linearised(at, sums)
+        return self._assembled(t, q, None, None, sums, None).damping
 
     def driven_arrays(self) -> Driven:
         """Driven bodies, for kernels."""
@@ -390,11 +394,11 @@ class SegmentForces(Configuration):
         efforts: np.ndarray,
         depths: tuple[ContactDepths, ...],
     ) -> Linearised:
-        """See `MixedSystem`."""
+        """See `System`."""
         return self._linearised(t, q, u, before, efforts, depths)
 
     def take_up(self, efforts: np.ndarray, task: int) -> float:
-        """See `MixedSystem`."""
+        """See `System`."""
         first, found = 0, 0.0
         for springs in self._springs:
             last = first + springs.rest.size
@@ -409,7 +413,7 @@ class SegmentForces(Configuration):
             own.restore(given.memory_of.copy())
 
     def depths(self, most: float) -> tuple[ContactDepths, ...]:
-        """See `MixedSystem`."""
+        """See `System`."""
         return tuple(group.pressed(most) for group in self.contacts)
 
     def advance_depths(
@@ -421,19 +425,16 @@ class SegmentForces(Configuration):
         dx: np.ndarray,
         depths: tuple[ContactDepths, ...],
     ) -> tuple[ContactDepths, ...]:
-        """See `MixedSystem`."""
+        """See `System`."""
         if not depths:
             return depths
-        poses, rates = self.place(t, q, u, before)
-        change, past = self.change(dx), self.past(t, before)
-        return tuple(
-            group.press(t, poses, rates, change, past, own) for group, own in zip(self.contacts, depths, strict=True)
-        )
+        at, change = self.state(t, q, u, before), self.change(dx)
+        return tuple(group.press(at, change, own) for group, own in zip(self.contacts, depths, strict=True))
 
     def efforts(
         self, t: float, q: np.ndarray, before: PreviousState | None = None, dx: np.ndarray | None = None
     ) -> np.ndarray:
-        """See `MixedSystem`."""
+        """See `System`."""
         poses, at_rest = self.place(t, q, None)
         change = at_rest if dx is None else self.change(dx)
         past = self.past(t, before)
@@ -451,16 +452,14 @@ class SegmentForces(Configuration):
         efforts: np.ndarray | None = None,
         depths: tuple[ContactDepths, ...] | None = None,
     ) -> Linearised:
-        poses, rates = self.place(t, q, u, before)
-        past = self.past(t, before)
-        pattern = self._current_pattern(poses)
-        force, stiffness, damping = np.zeros(rates.shape), pattern.zeros(), pattern.zeros()
-        sums = force, stiffness, damping
+        at = self.state(t, q, u, before)
+        sums = BlockSums.zero(self._current_pattern(at.poses), at)
+        pattern, damping = sums.pattern, sums.damping
         for k, contacts in enumerate(self.contacts):
-            contacts.add_linearised(t, poses, rates, pattern, *sums, past, None if depths is None else depths[k])
+            contacts.add_linearised(at, sums, None if depths is None else depths[k])
         if self.spatial and u is not None:
-            add_gyroscopic(rates, self.bodies.inertia, force)
-            gyroscopic_damping(rates, self.bodies.inertia, *pattern.index, damping)
+            add_gyroscopic(at.rates, self.bodies.inertia, sums.force)
+            gyroscopic_damping(at.rates, self.bodies.inertia, *pattern.index, damping)
         # these groups use increments over the time as rates; the other groups use the deformations of the last state
         turned = self._turned(q, u, before)
         if turned is not None:
@@ -470,12 +469,12 @@ class SegmentForces(Configuration):
         for springs in self._springs:
             last = first + springs.rest.size
             own = None if efforts is None else efforts[first:last].reshape(springs.rest.shape)
-            springs.add_linearised(t, poses, rates, pattern, *sums, past, own)
+            springs.add_linearised(at, sums, own)
             first = last
         for group in self._others:
-            group.add_linearised(t, poses, rates, pattern, *sums, past)
+            group.add_linearised(at, sums)
         others = None if efforts is None else efforts[first:]
-        return self._assembled(t, q, u, before, pattern, sums, by_rates, others)
+        return self._assembled(t, q, u, before, sums, by_rates, others)
 
     def _generalised(
         self,
@@ -501,19 +500,17 @@ class SegmentForces(Configuration):
         q: np.ndarray,
         u: np.ndarray | None,
         before: PreviousState | None,
-        pattern: BodyPattern,
-        sums: tuple[np.ndarray, np.ndarray, np.ndarray],
+        sums: BlockSums,
         by_rates: np.ndarray | None,
         efforts: np.ndarray | None = None,
     ) -> Linearised:
-        """Equations from the sums (force, K, D) of all bodies.
+        """Equations from the sums of all bodies.
 
         `by_rates` is the part of D that acts on velocities. `efforts` are the efforts of elements that are not springs.
         """
-        force, stiffness, damping = sums
-        return Linearised(
-            gather_free(self.bodies.free, force), BlockMatrix(pattern, stiffness), BlockMatrix(pattern, damping)
-        )
+        pattern, force, stiffness, damping = sums
+        tangent = BlockMatrix(pattern, stiffness, self.low_rank)
+        return Linearised(gather_free(self.bodies.free, force), tangent, BlockMatrix(pattern, damping))
 
     def _turned(self, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None) -> np.ndarray | None:
         """Derivative of increments since the last state with respect to further rotations; None for the identity."""
@@ -527,6 +524,10 @@ class SegmentForces(Configuration):
                 force[k] += float(twist @ reactions[body])
         return DriveState(self._travels(t).copy(), force)
 
+    def state(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> BodyState:
+        """State of all bodies; arguments as in `place`."""
+        return BodyState(t, *self.place(t, q, u, before), self.past(t, before))
+
     def past(self, t: float, before: PreviousState | None) -> PreviousPoses | None:
         """Poses of the last state (cached), or None if no force depends on them."""
         if before is None or not self._looks_back:
@@ -536,12 +537,12 @@ class SegmentForces(Configuration):
             self._last_before, self._last_poses = before, self.place(*before, None)[0]
         return PreviousPoses(self._last_poses, t - before[0])
 
-    def _all_forces(self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None) -> np.ndarray:
-        force = np.zeros(rates.shape)
+    def _all_forces(self, at: BodyState) -> np.ndarray:
+        force = np.zeros(at.rates.shape)
         for group in self.groups:
-            group.add_force(t, poses, rates, force, past)
-        if self.spatial and rates is not self.at_rest:
-            add_gyroscopic(rates, self.bodies.inertia, force)
+            group.add_force(at, force)
+        if self.spatial and at.rates is not self.at_rest:
+            add_gyroscopic(at.rates, self.bodies.inertia, force)
         return force
 
     def compiled_pattern(self, contacts: Sequence[np.ndarray]) -> BodyPattern:

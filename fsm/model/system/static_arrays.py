@@ -13,7 +13,7 @@ from fsm.kernels.blocks import BlockMatrix, BlockPattern
 from fsm.kernels.pointers import enter
 from fsm.model.bodies.array_path import PATH
 from fsm.model.bodies.arrays import FACTORS, Arrays
-from fsm.model.bodies.group import PreviousPoses
+from fsm.model.bodies.group import BodyState, PreviousPoses
 from fsm.model.bodies.pattern import BodyPattern
 from fsm.model.elements.element_group import ElementArrays, ElementGroup
 from fsm.model.elements.elements import BushingGroup
@@ -78,12 +78,17 @@ class StaticSegments:
         self._contacts = ContactModel(system.contacts, pattern, system.spatial, pairs, statics=True)
         self._first_pattern = pattern
         counted = [contact.evaluations for contact in system.contacts]
-        self._stored_by = [list(group.energy(0.0, system.bodies.pose, system.at_rest)[0]) for group in system.groups]
+        self._stored_by = [list(group.energy(self._at_start)[0]) for group in system.groups]
         for contact, count in zip(system.contacts, counted, strict=True):  # these names cost no evaluation of the run
             contact.evaluations = count
         self._set_arrays(pattern, *self._create(pattern))
         self.ahead, self._accepted = False, np.zeros(0)
         self._loaded: tuple[int, ...] | None = None
+
+    @property
+    def _at_start(self) -> BodyState:
+        """Initial poses at rest."""
+        return BodyState(0.0, self._system.bodies.pose, self._system.at_rest)
 
     def _create(self, pattern: BodyPattern) -> tuple[tuple[Arrays, Arrays], list[ElementArrays]]:
         """Create the model, and return its arrays."""
@@ -213,7 +218,7 @@ class StaticSegments:
     @cached_property
     def _without_contact(self) -> PairState:
         system = self._system
-        return system.contacts.observe(0.0, system.bodies.pose, system.at_rest, None, len(system.pair_names))
+        return system.contacts.observe(self._at_start, len(system.pair_names))
 
 
 def _shared(pattern: BodyPattern) -> BodyPattern:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -23,8 +22,7 @@ from fsm.kernels.newton_euler import (
 from fsm.kernels.pointers import enter
 from fsm.model.bodies.configuration import Bodies
 from fsm.model.bodies.drive import PrescribedMotion
-from fsm.model.bodies.group import Group, PreviousPoses
-from fsm.model.bodies.loads import LoadGroup
+from fsm.model.bodies.group import BodyState, Group
 from fsm.model.bodies.pattern import BodyPattern
 from fsm.model.contact.contacts import ContactGroup
 from fsm.model.contact.shapes.shape_contacts import ShapeContacts
@@ -54,7 +52,6 @@ class SegmentSystem(SegmentForces):
     bodies : Bodies
     motions : prescribed motions
     groups : interactions
-    contacts : the contact groups among them
     pair_names : names of the contact pairs
     """
 
@@ -73,8 +70,7 @@ class SegmentSystem(SegmentForces):
 
         Groups keep their memory.
         """
-        contacts = tuple(group for group in groups if isinstance(group, ContactGroup))
-        return SegmentSystem(bodies, motions, groups, contacts, self.pair_names)
+        return SegmentSystem(bodies, motions, groups, self.pair_names)
 
     def all_states(self, t: float, q: np.ndarray, u: np.ndarray) -> dict[str, np.ndarray]:
         """Poses and rates of all bodies, and coordinates and velocities of nodes. The form is the same in all steps."""
@@ -92,23 +88,12 @@ class SegmentSystem(SegmentForces):
         """Size (N, N m) of every load at the end of a path, and displacement (m, rad) of its point along the load, by
         name.
 
-        `start` and `end` are times (s) and configurations. The parts of a load on several vertices or along an edge are
-        one load. The load's displacement is the mean over the parts, weighted by their sizes. A name that occurs again gets
-        a number.
+        `start` and `end` are times (s) and configurations.
         """
-        first = self.place(*start, None)[0].copy()
-        (t, q), parts = end, dict[str, list[tuple[float, float, float]]]()
-        poses, _ = self.place(t, q, None)
-        occurred = Counter[str]()
-        for load in (load for group in self.groups if isinstance(group, LoadGroup) for load in group.loads):
-            occurred[load.name] += 1
-            number = f"#{occurred[load.name]}" if occurred[load.name] > 1 else ""
-            part = load.size(t), load.moved(first[load.body], poses[load.body]), load.full_size
-            parts.setdefault(load.called + number, []).append(part)
-        found = {}
-        for name, of in parts.items():
-            size, way, weight = np.array(of).T
-            found[name] = float(size.sum()), float(way @ weight / weight.sum()) if weight.any() else float(way.mean())
+        first, last = (BodyState(t, self.place(t, q, None)[0].copy(), self.at_rest) for t, q in (start, end))
+        found = dict[str, tuple[float, float]]()
+        for group in self.groups:
+            found |= group.load_displacements(first, last)
         return found
 
     # protocol: configuration ------------------------------------------------------------------------------------------
@@ -157,14 +142,13 @@ class SegmentSystem(SegmentForces):
         If `contacts` is true, only contacts count; if false, all forces except contacts. Other arguments as in
         `System.force`.
         """
-        poses, rates = self.place(t, q, u, before)
-        past = self.past(t, before)
-        forces = np.zeros(rates.shape)
+        at = self.state(t, q, u, before)
+        forces = np.zeros(at.rates.shape)
         for group in self.groups:
             if contacts is None or contacts == isinstance(group, ContactGroup):
-                group.add_force(t, poses, rates, forces, past)
+                group.add_force(at, forces)
         if self.spatial and u is not None and not contacts:
-            add_gyroscopic(rates, self.bodies.inertia, forces)
+            add_gyroscopic(at.rates, self.bodies.inertia, forces)
         reactions = np.asarray(support_reactions(forces, self._ordered))
         return self._generalised(t, q, u, before, forces, not contacts), self.drive_state(t, reactions).force
 
@@ -172,22 +156,29 @@ class SegmentSystem(SegmentForces):
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
     ) -> np.ndarray:
         """d(reaction)/dx of every drive, (n_drives, nu); with `before`, the last state is kept constant."""
-        poses, rates = self.place(t, q, u, before)
+        at = self.state(t, q, u, before)
         driven = [body for motion in self.motions for body in motion.bodies]
-        groups = tuple(group for group in self.groups if np.isin(group.pairs(poses)[0], driven).any())
-        turned = self._turned(q, u, before)
-        pattern, stiffness, damping = self._with_driven(t, poses, rates, groups, self.past(t, before), turned)
-        along = np.zeros((len(self.motions), pattern.order, self.size))
-        for row, motion in zip(along, self.motions, strict=True):
-            row[pattern.dof[motion.bodies], : len(motion.direction)] = motion.direction
+        groups = tuple(
+            group for group in self.groups if group is self._of_all or np.isin(group.pairs(at.poses)[0], driven).any()
+        )
+        pattern, _, stiffness, damping = self._with_driven(at, groups, self._turned(q, u, before))
+        whole = np.zeros((len(self.motions), *self.at_rest.shape))
+        for k, motion in enumerate(self.motions):
+            whole[k, motion.bodies, : len(motion.direction)] = motion.direction
         if self.turns is not None:
             for k, body, twist in self.turns.twists(self._travels(t)):
-                along[k, pattern.dof[body]] = twist
+                whole[k, body] = twist
+        along = np.zeros((len(self.motions), pattern.order, self.size))
+        along[:, pattern.dof[driven]] = whole[:, driven]
         pull = along.reshape(len(self.motions), -1).T
         tangent = np.asarray(BlockMatrix(pattern, stiffness).bsr().T @ pull).T
         if before is not None and self.rate_dependent:
             tangent += np.asarray(BlockMatrix(pattern, damping).bsr().T @ pull).T / (t - before[0])
-        return np.array([self._folded(q, row) for row in tangent]).reshape(len(tangent), self.nu)
+        found = np.array([self._folded(q, row) for row in tangent]).reshape(len(tangent), self.nu)
+        if self._of_all is not None:
+            vectors, weights, free = self._on_all_bodies()
+            found += whole.reshape(len(whole), -1) @ vectors.T @ weights @ free
+        return found
 
     # protocol: locked directions --------------------------------------------------------------------------------------
 
@@ -202,7 +193,7 @@ class SegmentSystem(SegmentForces):
         few = inside and arrays.interval[LOOPS] == 0.0
         known = model.equations.factorise
         enter(known, close_openings, model, float(t), q, u, few)
-        arrays.force[:] = self._all_forces(t, *self.place(t, q, u))
+        arrays.force[:] = self._all_forces(self.state(t, q, u))
         return bool(enter(known, find_multipliers, model, float(t), rate, few))
 
     def without_locks(self) -> SegmentSystem:
@@ -248,7 +239,7 @@ class SegmentSystem(SegmentForces):
     # protocol: observation --------------------------------------------------------------------------------------------
 
     def arrays(self, ready: Ready) -> ArrayModel | None:
-        """See `ArraySystem`."""
+        """See `System`."""
         further_forces = type(self).force is not SegmentSystem.force and type(self)._arrays_of is SegmentSystem._arrays_of
         if further_forces or self.in_python.motion or self.large_contacts() or not self.nu:
             return None
@@ -285,7 +276,7 @@ class SegmentSystem(SegmentForces):
         return arrays_of(self, pattern, ready, contacts)
 
     def static_arrays(self, ready: Ready) -> StaticSegments | None:
-        """See `ArrayStaticSystem`."""
+        """See `System`."""
         if self._statics is None:
             if self.in_python.of("static") or self.large_contacts() or not self.nu:
                 return None
@@ -318,26 +309,24 @@ class SegmentSystem(SegmentForces):
 
     def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Energy:
         """See `System`."""
-        poses, rates = self.place(t, q, u, before)
-        past = self.past(t, before)
-        return self._energy(t, poses, rates, self._reactions(t, poses, rates, past), past)
+        at = self.state(t, q, u, before)
+        return self._energy(at, self._reactions(at))
 
     def reactions(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> np.ndarray:
         """See `System`."""
-        reactions = self._reactions(t, *self.place(t, q, u, before), self.past(t, before))
+        reactions = self._reactions(self.state(t, q, u, before))
         if u is not None and before is None:
             self._accelerate(t, reactions)
         return reactions
 
     def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Observation:
         """See `System`."""
-        poses, rates = self.place(t, q, u, before)
-        past = self.past(t, before)
-        reactions = self._reactions(t, poses, rates, past)
-        energy = self._energy(t, poses, rates, reactions, past)
+        at = self.state(t, q, u, before)
+        reactions = self._reactions(at)
+        energy = self._energy(at, reactions)
         if u is not None and before is None:
             self._accelerate(t, reactions)
-        pairs = self.contacts.observe(t, poses, rates, past, len(self.pair_names))
+        pairs = self.contacts.observe(at, len(self.pair_names))
         moment = largest_moment(reactions) / self.arm if self.locking else 0.0
         largest = max(float(largest_force(reactions)), float(moment), self.largest_multiplier())
         return Observation(self.drive_state(t, reactions), energy, largest, pairs)
@@ -348,11 +337,10 @@ class SegmentSystem(SegmentForces):
         """See `System`."""
         if not self.contacts and not self._sliding:
             return
-        poses, rates = self.place(t, q, u, before)
-        if self.contacts:
-            self.contacts.commit(t, poses, rates, self.past(t, before))
+        at = self.state(t, q, u, before)
+        self.contacts.commit(at)
         for group in self._sliding:
-            group.commit(t, poses, rates)
+            group.commit(at)
 
     def memory(self) -> np.ndarray:
         """See `System`: memory of contacts, then of creases."""
@@ -394,7 +382,7 @@ class SegmentSystem(SegmentForces):
         """See `System`."""
         found = None
         if self._contacts:
-            found = self.contacts.rejection(t, *self.place(t, q, u), None if u is None else step, self.pair_names)
+            found = self.contacts.rejection(self.state(t, q, u), None if u is None else step, self.pair_names)
         if found is not None or u is None:
             return found
         part = self.part_before_event(t, q, u, step)
@@ -403,22 +391,22 @@ class SegmentSystem(SegmentForces):
     def part_before_event(self, t: float, q: np.ndarray, u: np.ndarray, step: float) -> float:
         """See `System`: events of elements."""
         elements = [group for group in self.groups if isinstance(group, ElementGroup) and group.has_events]
-        return min((group.part_of_step(t, *self.place(t, q, u), step) for group in elements), default=2.0)
+        return min((group.part_of_step(self.state(t, q, u), step) for group in elements), default=2.0)
 
     def longest_step(self, t: float, q: np.ndarray, u: np.ndarray) -> float:
         """See `System`: limit from impacts."""
         if not any(group.resolves for group in self.contacts):
             return math.inf
-        return self.contacts.longest_step(t, *self.place(t, q, u))
+        return self.contacts.longest_step(self.state(t, q, u))
 
     def contact_force(self, t: float, q: np.ndarray) -> float:
         """See `System`."""
         if not self._contacts:
             return 0.0
-        poses, rates = self.place(t, q, None)
-        forces = np.zeros(rates.shape)
+        at = self.state(t, q, None)
+        forces = np.zeros(at.rates.shape)
         for contacts in self.contacts:
-            contacts.add_force(t, poses, rates, forces)
+            contacts.add_force(at, forces)
         return float(largest_force(forces))
 
     def max_joint_opening(self, t: float, q: np.ndarray) -> tuple[float, str]:
@@ -430,9 +418,9 @@ class SegmentSystem(SegmentForces):
 
     # parts ------------------------------------------------------------------------------------------------------------
 
-    def _reactions(self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None) -> np.ndarray:
+    def _reactions(self, at: BodyState) -> np.ndarray:
         """Reactions of held and driven bodies, without the inertial forces of driven bodies."""
-        return np.asarray(support_reactions(self._all_forces(t, poses, rates, past), self._ordered))
+        return np.asarray(support_reactions(self._all_forces(at), self._ordered))
 
     def _accelerate(self, t: float, reactions: np.ndarray) -> None:
         """Add the inertial forces of driven bodies (dynamics only)."""
@@ -446,22 +434,20 @@ class SegmentSystem(SegmentForces):
                 for body in motion.bodies:
                     shift_body(reactions, body, self.bodies.inertia[body, :n] * motion.direction, acceleration)
 
-    def _energy(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, reactions: np.ndarray, past: PreviousPoses | None = None
-    ) -> Energy:
+    def _energy(self, at: BodyState, reactions: np.ndarray) -> Energy:
         potential: dict[str, float] = {}
         dissipated = power = sliding = 0.0
         for group in self.groups:
-            stored, lost, gained = group.energy(t, poses, rates, past)
+            stored, lost, gained = group.energy(at)
             for name, value in stored.items():
                 potential[name] = potential.get(name, 0.0) + value
             dissipated += lost
             power += gained
             sliding += lost if any(group is one for one in self._sliding) else 0.0
-        pair_power = self.contacts.pair_power(t, poses, rates, past, len(self.pair_names))
+        pair_power = self.contacts.pair_power(at, len(self.pair_names))
         if self.bristles:  # bristles also resist at zero speed
             sliding += float(pair_power[0].sum())
-        kinetic, driving, driven = motion_energy(self.bodies.inertia, rates, reactions, self.driven)
+        kinetic, driving, driven = motion_energy(self.bodies.inertia, at.rates, reactions, self.driven)
         if self.turns is not None:
-            driven += self.turns.kinetic(self.bodies.inertia, rates)
+            driven += self.turns.kinetic(self.bodies.inertia, at.rates)
         return Energy(kinetic, potential, dissipated, power + driving, pair_power, sliding, driven, power)

@@ -4,17 +4,15 @@ Inertia is neglected. Damping and friction act with mean velocities over the ste
 and friction is solved at rest. `fsm.solve.stepping.quasi_static` contains the iterations; systems with arrays are solved in
 one kernel.
 
-The efforts of stiff springs are separate unknowns in a `fsm.solve.interface.system.MixedSystem`. The efforts start from
-predicted values. Contacts are linearised at separate depths, which are unknowns too. On the pulled strip these unknowns
-halve the iterations, and steps are three times as long.
+The efforts of stiff springs may be separate unknowns (`System.mixed`). They start from predicted values. Contacts are
+linearised at separate depths, which are unknowns too. On the pulled strip these unknowns halve the iterations, and steps
+are three times as long.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from functools import cache
-from typing import cast
 
 import numpy as np
 
@@ -24,7 +22,7 @@ from fsm.kernels.blocks import BlockMatrix
 from fsm.kernels.pointers import enter
 from fsm.solve.equations.linear import LinearSolver
 from fsm.solve.interface.records import Depths, Linearised, PreviousState
-from fsm.solve.interface.system import ArrayStaticSystem, MixedSystem, StaticArrays, System
+from fsm.solve.interface.system import StaticArrays, System
 from fsm.solve.stepping import quasi_static
 from fsm.solve.stepping.quasi_static import (
     BEFORE,
@@ -39,12 +37,6 @@ from fsm.solve.stepping.quasi_static import (
 
 _PATTERNS = 20
 """Largest number of repetitions of a step because bodies came near each other whose block the pattern lacks."""
-
-
-@cache
-def _is(kind: type, protocol: type) -> bool:
-    """Whether systems of this class have a protocol; cached, since the check is slow."""
-    return issubclass(kind, protocol)
 
 
 class Ending(Enum):
@@ -108,8 +100,6 @@ class EquilibriumStep:
     Attributes
     ----------
     solver : LinearSolver
-    mixed : MixedSystem or None
-        The system, if the efforts of its springs are unknowns.
     iterations, evaluations : int
         Numbers of iterations and of force evaluations, summed over all steps so far.
     largest_reaction : N
@@ -121,10 +111,7 @@ class EquilibriumStep:
     def __init__(
         self, system: System, tolerance: float = 1e-8, max_iterations: int = 15, reach: float = 0.2, in_one_call: bool = True
     ) -> None:
-        kind = type(system)
-        self.system = system
-        self.mixed = cast(MixedSystem, system) if _is(kind, MixedSystem) else None
-        self._with_arrays = cast(ArrayStaticSystem, system) if in_one_call and _is(kind, ArrayStaticSystem) else None
+        self.system, self._in_one_call = system, in_one_call
         self.tolerance, self.max_iterations, self.reach = float(tolerance), int(max_iterations), float(reach)
         self.solver = LinearSolver()
         self.scales = system.scales()
@@ -134,9 +121,9 @@ class EquilibriumStep:
 
     def efforts(
         self, t: float, q: np.ndarray, before: PreviousState | None = None, dx: np.ndarray | None = None
-    ) -> np.ndarray | None:
-        """Efforts of the springs, if they can be unknowns, as in `MixedSystem`; `before` as in `solve`."""
-        return None if self.mixed is None else self.mixed.efforts(t, q, self._rates(t, before), dx)
+    ) -> np.ndarray:
+        """Efforts of the springs, as in `System`; `before` as in `solve`."""
+        return self.system.efforts(t, q, self._rates(t, before), dx)
 
     def solve(self, t: float, guess: np.ndarray, before: PreviousState, efforts: np.ndarray | None = None) -> Equilibrium:
         """Equilibrium at time t.
@@ -152,13 +139,13 @@ class EquilibriumStep:
             efforts = self.efforts(t, guess, before)
         scales, largest_reaction = self.scales, float(self.largest_reaction)
         rules = NewtonRules(
-            self.tolerance * largest_reaction, largest_reaction, self.reach, self.max_iterations, self.mixed is not None,
+            self.tolerance * largest_reaction, largest_reaction, self.reach, self.max_iterations, self.system.mixed,
             scales.span, scales.force_scale,
         )  # fmt: skip
         found = self._solve_arrays(t, guess, before, efforts, rules)
         if found is None:
-            depths = None if self.mixed is None else self.mixed.depths(self.largest_reaction)
-            model = _Model(self.system, self.mixed, self.solver, t, before, self._rates(t, before), efforts, depths)
+            depths = self.system.depths(self.largest_reaction)
+            model = _Model(self.system, self.solver, t, before, self._rates(t, before), efforts, depths)
             settled = settle(StaticModel(_CALLS, model), guess, rules)
             found = settled, model.efforts, model.matrix
         settled, efforts, matrix = found
@@ -180,15 +167,15 @@ class EquilibriumStep:
         return self._found(t, q, before, 0, np.zeros(self.system.nu), matrix, None)
 
     def _solve_arrays(
-        self, t: float, guess: np.ndarray, before: PreviousState, efforts: np.ndarray | None, rules: NewtonRules
-    ) -> tuple[Settled, np.ndarray | None, BlockMatrix | None] | None:
+        self, t: float, guess: np.ndarray, before: PreviousState, efforts: np.ndarray, rules: NewtonRules
+    ) -> tuple[Settled, np.ndarray, BlockMatrix | None] | None:
         """Solve the equations in one call of a kernel.
 
         The result has the efforts and the last matrix. It is None if the system has no arrays, or if the kernel could not
         solve the equations; the methods in Python may then solve them.
         """
-        arrays = None if self._with_arrays is None else self._with_arrays.static_arrays(self.solver.ready)
-        if arrays is None or efforts is None:
+        arrays = self.system.static_arrays(self.solver.ready) if self._in_one_call else None
+        if arrays is None:
             return None
         q = np.ascontiguousarray(guess, dtype=float)
         for _ in range(_PATTERNS):
@@ -246,17 +233,17 @@ class _Model:
 
     Parameters
     ----------
-    system, mixed, solver : as in `EquilibriumStep`
+    system, solver : as in `EquilibriumStep`
     t, before : as in `EquilibriumStep.solve`
     rates : the last state if forces depend on rates, else None
     efforts, depths : initial guesses
     """
 
     def __init__(
-        self, system: System, mixed: MixedSystem | None, solver: LinearSolver, t: float, before: PreviousState,
-        rates: PreviousState | None, efforts: np.ndarray | None, depths: Depths,
+        self, system: System, solver: LinearSolver, t: float, before: PreviousState, rates: PreviousState | None,
+        efforts: np.ndarray, depths: Depths,
     ) -> None:  # fmt: skip
-        self.system, self.mixed, self.solver = system, mixed, solver
+        self.system, self.solver = system, solver
         self.efforts, self.depths, self._depths_before = efforts, depths, depths
         self._t, self._before, self._rates, self._u = t, before, rates, np.zeros(0)
         self._linear: Linearised | None = None
@@ -278,8 +265,8 @@ class _Model:
     def linearised_force(self, q: np.ndarray, mixed: bool) -> np.ndarray:
         """Force h (nu,); K and D are evaluated there."""
         t, u, rates = self._t, self._mean_velocity(q), self._rates
-        if mixed and self.mixed is not None and self.efforts is not None:
-            self._linear = self.mixed.linearise_mixed(t, q, u, rates, self.efforts, self.depths)
+        if mixed:
+            self._linear = self.system.linearise_mixed(t, q, u, rates, self.efforts, self.depths)
         else:
             self._linear = self.system.linearise(t, q, u, rates)
         return self._linear.force
@@ -316,15 +303,13 @@ class _Model:
         """Advance efforts and depths by an increment from q; if `cut` is true, start from the depths before the last
         increment.
         """
-        if self.mixed is None:
-            return
-        self.efforts = self.mixed.efforts(self._t, q, self._rates, dx)
+        self.efforts = self.system.efforts(self._t, q, self._rates, dx)
         if cut:
             self.depths = self._depths_before
             return
         u = None if self._rates is None else self._u
         self._depths_before = self.depths
-        self.depths = self.mixed.advance_depths(self._t, q, u, self._rates, dx, self.depths)
+        self.depths = self.system.advance_depths(self._t, q, u, self._rates, dx, self.depths)
 
     def multiply(self, dx: np.ndarray, part: float, again: bool) -> None:
         """Advance multipliers; see `StaticCalls`."""
@@ -336,20 +321,18 @@ class _Model:
 
     def take_up(self, task: int) -> float:
         """See `StaticCalls`."""
-        if self.mixed is None or self.efforts is None:
-            return 0.0
-        return self.mixed.take_up(self.efforts, task)
+        return self.system.take_up(self.efforts, task)
 
 
 def with_closed_locks(
-    system: System, mixed: MixedSystem, solver: LinearSolver, t: float, q: np.ndarray, efforts: np.ndarray, depths: Depths
+    system: System, solver: LinearSolver, t: float, q: np.ndarray, efforts: np.ndarray, depths: Depths
 ) -> np.ndarray:
     """Configuration near an equilibrium q (nq,) at rest with these efforts, in which locked springs are not deformed; q
     itself if they do not close. The solver has the factors of the stiffness. Multipliers of ideal joints are lost.
     """
-    if mixed.take_up(efforts, BEFORE) == 0.0:
+    if system.take_up(efforts, BEFORE) == 0.0:
         return q
-    _, later = closed_locks(StaticModel(_CALLS, _Model(system, mixed, solver, t, (t, q), None, efforts, depths)), q)
+    _, later = closed_locks(StaticModel(_CALLS, _Model(system, solver, t, (t, q), None, efforts, depths)), q)
     if later is q:
         system.lock(0.0)
     return later

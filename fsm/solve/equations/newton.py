@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from functools import cache
-from typing import cast
 
 import numpy as np
 
@@ -15,7 +13,7 @@ from fsm.kernels.pointers import enter
 from fsm.kernels.vector import largest_ratio
 from fsm.solve.equations.at_rest import at_rest
 from fsm.solve.equations.linear import LinearSolver
-from fsm.solve.interface.system import ArrayRestSystem, System
+from fsm.solve.interface.system import System
 from fsm.solve.stepping.equilibrium import RestCalls, RestModel, find, follow_arrays, predicted
 
 _SAME = 1e-9
@@ -65,7 +63,7 @@ def _through(
 ) -> np.ndarray:  # fmt: skip
     """See `equilibrium`."""
     size, begun = system.scales().increment, 0
-    arrays = cast(ArrayRestSystem, system).arrays_at_rest(LinearSolver().ready) if _has_arrays(type(system)) else None
+    arrays = system.arrays_at_rest(LinearSolver().ready)
     if arrays is not None:
         states = np.empty((len(times), len(q)))
         numbers = np.array(times, dtype=float), np.array(q, dtype=float), size, float(tolerance), int(most)
@@ -107,12 +105,6 @@ def held_still(system: System, t: float, q: np.ndarray) -> np.ndarray:
             return found
     system.lock(0.0)
     return closed
-
-
-@cache
-def _has_arrays(kind: type) -> bool:
-    """Whether systems of this class are `ArrayRestSystem`; cached, since the check is slow."""
-    return issubclass(kind, ArrayRestSystem)
 
 
 class _AtRest:

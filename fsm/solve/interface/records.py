@@ -59,6 +59,20 @@ class Energy:
         """All potential energy, J."""
         return sum(self.potential.values())
 
+    def plus(self, nodes: Energy) -> Energy:
+        """Sum with the energies and powers of nodes, all of whose input power is that of loads."""
+        names = {**self.potential, **nodes.potential}
+        return Energy(
+            self.kinetic + nodes.kinetic,
+            {name: self.potential.get(name, 0.0) + nodes.potential.get(name, 0.0) for name in names},
+            self.dissipated_power + nodes.dissipated_power,
+            self.input_power + nodes.input_power,
+            self.pair_power,
+            self.sliding_power + nodes.sliding_power,
+            self.driven,
+            (self.load_power or 0.0) + nodes.input_power,
+        )
+
 
 @dataclass(frozen=True)
 class DriveState:

@@ -8,7 +8,7 @@ velocity u holds velocities in inertial axes and angular rates in body axes. Inc
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -211,11 +211,11 @@ class System(Protocol):
         return
 
     def lacks_arrays(self) -> bool:
-        """Whether an `ArraySystem` needs new arrays, because two bodies that the arrays do not couple have met."""
+        """Whether the system needs new arrays, because two bodies that the arrays do not couple have met."""
         return False
 
     def to_arrays(self, resolve: bool) -> None:
-        """Copy the internal variables of an `ArraySystem` to its arrays, before a kernel takes steps.
+        """Copy the internal variables to the arrays, before a kernel takes steps.
 
         `resolve`: steps resolve impacts; fixed steps do not.
         """
@@ -308,93 +308,74 @@ class System(Protocol):
         """Largest separation (m) of the two sides of a joint of the structure, and the name of the joint."""
         return 0.0, "none"
 
-
-@runtime_checkable
-class ArraySystem(Protocol):
-    """System that can take steps in kernels, if all its forces have arrays."""
+    # kernels ------------------------------------------------------------------------------------------------------------
 
     def arrays(self, ready: Ready) -> Any:
-        """`fsm.solve.stepping.model.ArrayModel` of this system, always the same object; None if any interaction has no
-        arrays.
+        """`fsm.solve.stepping.model.ArrayModel` of this system for steps in kernels, always the same object; None if any
+        interaction has no arrays.
 
         The last of `arrays.flags` is 1 if a step was unable to solve its equations. If `lacks_arrays` is true, the
         result is a new model.
         """
-        ...
-
-
-@runtime_checkable
-class ArrayRestSystem(Protocol):
-    """System whose equilibria are found in kernels, if all its forces have arrays."""
+        return None
 
     def arrays_at_rest(self, ready: Ready) -> Any:
-        """`fsm.solve.stepping.equilibrium.RestModel` of this system, always the same object.
+        """`fsm.solve.stepping.equilibrium.RestModel` of this system for equilibria in kernels, always the same object.
 
         None if any interaction has no arrays, or if the equations are large: `Elimination.large`.
         """
-        ...
+        return None
 
+    def static_arrays(self, ready: Ready) -> StaticArrays | None:
+        """Arrays of this system for quasi-static steps in one kernel, always the same object, with the factors of `ready`;
+        None if any interaction has no arrays.
+        """
+        return None
 
-@runtime_checkable
-class MixedSystem(Protocol):
-    """System of stiff springs for a mixed Newton method, with forces of springs as unknowns besides q.
+    # mixed Newton method ------------------------------------------------------------------------------------------------
+    #
+    # In statics, forces of stiff springs are unknowns besides q. The efforts e = k (m(q) - x0) (forces and moments of
+    # springs) are separate equations. The geometric stiffness then uses efforts that are advanced to first order in each
+    # iteration. The displacement method uses k (m(q) - x0) instead; in a stiff spring, a small error of position makes this
+    # force meaningless. The equilibria are the same (Magisano, Leonetti and Garcea, 2017). Contacts are linearised at depths
+    # that are advanced in the same way; they stay closed until their force would become tensile.
 
-    The efforts e = k (m(q) - x0) (forces and moments of springs) are separate equations. The geometric stiffness then uses
-    efforts that are advanced to first order in each iteration. The displacement method uses k (m(q) - x0) instead; in a
-    stiff spring, a small error of position makes this force meaningless. The equilibria are the same (Magisano,
-    Leonetti and Garcea, 2017). Contacts are linearised at depths that are advanced in the same way; they stay closed
-    until their force would become tensile.
-    """
+    mixed: bool = False
+    """Whether there are such efforts and depths; else both are empty."""
 
     def efforts(
         self, t: float, q: np.ndarray, before: PreviousState | None = None, dx: np.ndarray | None = None
     ) -> np.ndarray:
         """Efforts of all springs at q, as one array; with dx, efforts after that increment to first order."""
-        ...
+        return np.zeros(0)
 
     def linearise_mixed(
-        self,
-        t: float,
-        q: np.ndarray,
-        u: np.ndarray | None,
-        before: PreviousState | None,
-        efforts: np.ndarray,
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None, efforts: np.ndarray,
         depths: Depths,
-    ) -> Linearised:
-        """Linearisation as by `System.linearise`, but with given efforts of springs and given depths of contacts."""
-        ...
+    ) -> Linearised:  # fmt: skip
+        """Linearisation as by `linearise`, but with given efforts of springs and given depths of contacts."""
+        return self.linearise(t, q, u, before)
 
     def take_up(self, efforts: np.ndarray, task: int) -> float:
         """Do a task for the multipliers of locked springs (`fsm.solve.stepping.quasi_static.StaticCalls`).
 
-        `System.lock` goes back to those of the last accepted state.
+        `lock` goes back to those of the last accepted state.
         """
-        ...
+        return 0.0
 
     def depths(self, most: float) -> Depths:
         """Depths of all contacts at the last accepted step; new contacts start with at most the force `most` (N)."""
-        ...
+        return ()
 
     def advance_depths(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None, dx: np.ndarray, depths: Depths
     ) -> Depths:
         """Depths after an increment, with forces to first order; other arguments as in `linearise_mixed`."""
-        ...
-
-
-@runtime_checkable
-class ArrayStaticSystem(Protocol):
-    """System whose quasi-static steps are solved in one kernel, if all its forces have arrays."""
-
-    def static_arrays(self, ready: Ready) -> StaticArrays | None:
-        """Arrays of this system, always the same object, with the factors of `ready`; None if any interaction has no
-        arrays.
-        """
-        ...
+        return depths
 
 
 class StaticArrays(Protocol):
-    """Arrays of an `ArrayStaticSystem`.
+    """Arrays of a system for quasi-static steps in one kernel.
 
     Attributes
     ----------
@@ -417,7 +398,7 @@ class StaticArrays(Protocol):
 
     def begin(self, t: float, before: PreviousState, efforts: np.ndarray, most: float) -> None:
         """`prepare`, and set the time, the last state, and the efforts to begin with; `most` (N) as in
-        `MixedSystem.depths`.
+        `System.depths`.
         """
         ...
 

@@ -10,7 +10,7 @@ Here x is the increment from q_n divided by span sqrt(n): span is the size of th
 degrees of freedom. T is the duration of the step (pseudo-arclength: Keller 1977; Riks 1979). The path is independent of
 rates: damping and friction are neglected.
 
-Without contacts, forces of stiff springs and thin facets are unknowns, as in `fsm.solve.interface.system.MixedSystem`. A
+Without contacts, forces of stiff springs and thin facets are unknowns, as in `System.mixed`. A
 step begins with first-order predictions of these forces. Steps of thin plates are then longer.
 """
 
@@ -19,7 +19,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import cast
 
 import numpy as np
 
@@ -27,8 +26,7 @@ from fsm.errors import NotConverged
 from fsm.solve.equations.equilibrium_step import with_closed_locks
 from fsm.solve.equations.linear import LinearSolver
 from fsm.solve.equations.newton import equilibrium
-from fsm.solve.interface.records import Depths
-from fsm.solve.interface.system import MixedSystem, System
+from fsm.solve.interface.system import System
 from fsm.solve.statics.critical import critical_point
 
 _ITERATIONS = 10
@@ -188,10 +186,7 @@ class _Tracer:
         self.solver = LinearSolver()
         self.breaks = sorted({*system.break_times(), end})
         self.locks = bool(len(system.locked_rows(start, system.initial()[0])))
-        self.mixed: MixedSystem | None = None
-        if isinstance(system, MixedSystem) and system.fixed_pattern:
-            self.mixed = cast(MixedSystem, system)
-        self._depths: Depths | None = None if self.mixed is None else self.mixed.depths(0.0)
+        self.mixed, self._depths = system.mixed and system.fixed_pattern, system.depths(0.0)
 
     def first(self, q: np.ndarray, t: float) -> tuple[PathPoint, _Tangent]:
         """Set the start of the path, and its tangent towards later times."""
@@ -218,7 +213,7 @@ class _Tracer:
         if stop is not None:
             length, t = (stop - point.time) / (tangent.t * self.duration), stop
         dx = length * tangent.x * self.scale
-        efforts = self._efforts(point.time, point.q, dx)
+        efforts = self.system.efforts(point.time, point.q, None, dx)
         q = self.system.retract(point.q, dx)
         taken = 0
         for _ in range(_ITERATIONS):
@@ -239,14 +234,14 @@ class _Tracer:
             if not np.isfinite(size) or size > 1.0:
                 return None
             self.system.advance_in_time(t, dx, dt)
-            efforts = self._efforts(t, q, dx)
+            efforts = self.system.efforts(t, q, None, dx)
             q, t = self.system.retract(q, dx), t + dt
             if size <= self.tolerance and (taken > 1 or not self.locks):
                 break
         else:
             return None
-        if self.mixed is not None and efforts is not None and not self.locks:
-            q = with_closed_locks(self.system, self.mixed, self.solver, t, q, efforts, self._depths)
+        if self.mixed and not self.locks:
+            q = with_closed_locks(self.system, self.solver, t, q, efforts, self._depths)
         after, negative = self._tangent(math.nextafter(t, point.time) if hold else t, q, tangent)
         if after.dot(tangent) < _TURN:
             return None
@@ -284,19 +279,14 @@ class _Tracer:
         found, _ = self._tangent(math.nextafter(t, math.copysign(math.inf, tangent.t)), q, None)
         return found if tangent.t >= 0.0 else _Tangent(-found.x, -found.t)
 
-    def _efforts(self, t: float, q: np.ndarray, dx: np.ndarray) -> np.ndarray | None:
-        """Efforts after an increment, to first order, if efforts are unknowns."""
-        return None if self.mixed is None else self.mixed.efforts(t, q, None, dx)
-
-    def _factorise(self, t: float, q: np.ndarray, efforts: np.ndarray | None) -> np.ndarray | None:
+    def _factorise(self, t: float, q: np.ndarray, efforts: np.ndarray) -> np.ndarray | None:
         """Factorise the stiffness, with given efforts if these are unknowns, and return the force; None if it is not
         finite, as where facets would pass through each other.
         """
-        if self.mixed is None or efforts is None:
-            linear = self.system.linearise(t, q, None)
+        if self.mixed:
+            linear = self.system.linearise_mixed(t, q, None, None, efforts, self._depths)
         else:
-            assert self._depths is not None
-            linear = self.mixed.linearise_mixed(t, q, None, None, efforts, self._depths)
+            linear = self.system.linearise(t, q, None)
         if not np.isfinite(linear.force).all():
             return None
         self.solver.factorise(linear.stiffness)

@@ -116,17 +116,14 @@ class SystemPath:
             path.increment[:] = tangent_prediction(self.system, before, t, q, newton.solver)
         except NotConverged:
             return stepping.SINGULAR
-        efforts = newton.efforts(t, q, self._before, path.increment)
-        if efforts is not None:
-            path.next_efforts[:] = efforts
+        path.next_efforts[:] = newton.efforts(t, q, self._before, path.increment)
         return stepping.ACCEPTED
 
     def equilibrium(self, path: Path, rules: PathRules, t: float, guess: np.ndarray) -> int:
         """See `fsm.solve.stepping.path`."""
         newton, numbers, counts = self.newton, path.numbers, path.counts
         newton.largest_reaction = float(numbers[stepping.REACTION])
-        efforts = path.next_efforts.copy() if newton.mixed is not None else None
-        found = self._found = newton.solve(t, guess, self._before, efforts)
+        found = self._found = newton.solve(t, guess, self._before, path.next_efforts.copy())
         counts[stepping.LAST_ITERATIONS], numbers[stepping.FORCE_ROUND_OFF] = found.iterations, newton.round_off
         if found.ending is Ending.CONVERGED:
             copy_into(found.q, path.found)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from enum import Enum
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from fsm.kernels.vector import largest_ratio
 from fsm.solve.equations.equilibrium_step import Ending, EquilibriumStep
 from fsm.solve.equations.newton import held_still
 from fsm.solve.interface.records import Observation
-from fsm.solve.interface.system import ArrayStaticSystem, StaticArrays, System
+from fsm.solve.interface.system import StaticArrays, System
 from fsm.solve.outcome.restart_points import State, steps_between
 from fsm.solve.outcome.run_io import AcceptedStep, InitialState, OutputRequest, Statistics, time_and_travel
 from fsm.solve.outcome.status import TORN, Event, Outcome
@@ -103,11 +103,9 @@ class PathSteps:
         self.recorder = PathRecorder(system, self.statistics, request, initial_state, t, q, u)
         efforts = self.newton.efforts(t, q)
         observed = system.observe(t, q, None) if after is not None else self.recorder.last
-        sizes = 0 if efforts is None else len(efforts), len(observed.drive.travel), len(observed.pairs.force)
+        sizes = len(efforts), len(observed.drive.travel), len(observed.pairs.force)
         self.path = Path.of(system.nq, system.nu, *sizes)
         self.model = SystemPath(system, self.newton, self.recorder, self.first_step)
-        with_arrays = isinstance(system, ArrayStaticSystem) and self.newton.mixed is not None
-        self._with_arrays = cast(ArrayStaticSystem, system) if with_arrays else None
         self.breaks = [at for at in system.break_times() if t < at < settings.end_time]
         # a single state gives only a tangent; if the solve does not start at rest, the drive has its full speed at the start
         self.step_size = self.first_step if start is None else SHORT * self.first_step
@@ -123,7 +121,7 @@ class PathSteps:
         slow = 0.5 * float(speed @ system.momentum(q, speed)) if scales.drive_speed else MOVING * scales.work
         self.slow = slow if system.rate_dependent else 0.0
         self.rules = PathRules(
-            self.newton.tolerance, self.newton.reach, self.newton.max_iterations, self.newton.mixed is not None, scales.span,
+            self.newton.tolerance, self.newton.reach, self.newton.max_iterations, system.mixed, scales.span,
             scales.force_scale, settings.rtol, math.sqrt(settings.rtol), self.far, self.first_step, settings.max_step,
             self.smallest, self.slow, scales.length, scales.extent, TORN * scales.length, settings.force_limit,
             settings.energy_abort, settings.judged_from, system.rate_dependent, system.fixed_pattern,
@@ -160,8 +158,8 @@ class PathSteps:
         """
         left = min(self.every - (self.statistics.steps - self.renewed), self.settings.max_steps - self.statistics.steps)
         arrays = None
-        if self._with_arrays is not None and self.path.counts[stepping.KNOWN] > 1:
-            arrays = self._with_arrays.static_arrays(self.newton.solver.ready)
+        if self.path.counts[stepping.KNOWN] > 1:
+            arrays = self.system.static_arrays(self.newton.solver.ready)
         single = self.recorder.request.each_step or self.lost is not None
         if arrays is not None and self._march_arrays(arrays, 1 if single else max(1, left)):
             return None
@@ -313,13 +311,11 @@ class PathSteps:
         """Restart the extrapolation at the present state."""
         path, recorder = self.path, self.recorder
         path.counts[[stepping.KNOWN, stepping.EARLIER, stepping.RESTING]] = 0
-        efforts = self.newton.efforts(recorder.time, recorder.q)
-        if efforts is not None:
-            path.found_efforts[:] = efforts
+        path.found_efforts[:] = self.newton.efforts(recorder.time, recorder.q)
         self._doubtful = False
         remember(path, self.system.progress(recorder.time), recorder.q, path.found_efforts)
 
-    def _predicted(self, t: float) -> tuple[np.ndarray, np.ndarray | None]:
+    def _predicted(self, t: float) -> tuple[np.ndarray, np.ndarray]:
         """Configuration and efforts at time t by extrapolation; those of the present state if it is the only one."""
         path, q = self.path, self.recorder.q
         if path.counts[stepping.KNOWN] > 1:
@@ -327,7 +323,7 @@ class PathSteps:
             q = self.system.retract(q, path.increment)
         else:
             path.next_efforts[:] = path.efforts[0]
-        return q, None if self.newton.mixed is None else path.next_efforts.copy()
+        return q, path.next_efforts.copy()
 
     def _judge_energy(self) -> None:
         judged = self.recorder.time >= self.settings.judged_from

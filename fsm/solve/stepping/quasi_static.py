@@ -2,7 +2,7 @@
 
 As for time steps, Python runs `settle` for any system, and a kernel compiles it for compiled models. The model stores
 the time and the last state. The model also stores the efforts of springs and the depths of contacts if they are separate
-unknowns (see `fsm.solve.interface.system.MixedSystem`).
+unknowns (see `fsm.solve.interface.system.System`).
 """
 
 from __future__ import annotations
@@ -128,7 +128,7 @@ class StaticCalls(NamedTuple):
     Only compiled models have the rest, for `fsm.solve.stepping.path`:
 
     begin : ``begin(model, t, before, q, efforts, rate_dependent, most)``
-        Begin a step from the last state (time and q) to t, with these efforts; `most` (N) as in `MixedSystem.depths`.
+        Begin a step from the last state (time and q) to t, with these efforts; `most` (N) as in `System.depths`.
     lacks : ``lacks(model)``
         Whether bodies have met whose block the pattern of the matrix lacks.
     efforts : ``efforts(model, out)``

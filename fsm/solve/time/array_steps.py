@@ -5,14 +5,14 @@ other systems.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from functools import cache, cached_property
-from typing import Any, ClassVar, cast
+from functools import cached_property
+from typing import Any, ClassVar
 
 import numpy as np
 
 from fsm.kernels.pointers import enter
 from fsm.solve.interface.records import Observation
-from fsm.solve.interface.system import ArraySystem, System
+from fsm.solve.interface.system import System
 from fsm.solve.outcome.restart_points import State
 from fsm.solve.outcome.status import Outcome, StepFailed
 from fsm.solve.stepping import generalized_alpha as stepping
@@ -23,12 +23,6 @@ from fsm.solve.time.system_model import SystemModel
 _PATTERNS, _SHORTER = 20, 0.25
 """Largest number of patterns for one step, as far as they lack pairs of bodies, and factor on the size of this step from
 the second one on."""
-
-
-@cache
-def _has_arrays(kind: type) -> bool:
-    """Whether systems of this class are `ArraySystem`; cached, since the check is slow."""
-    return issubclass(kind, ArraySystem)
 
 
 def _count(number: int) -> Any:
@@ -163,7 +157,7 @@ class StepMethod(ABC):
                 tries, last = tries + 1 if self.steps == last else 1, self.steps
                 if tries > _PATTERNS:
                     break
-                self._arrays = cast(ArraySystem, system).arrays(self.model.linear.ready)
+                self._arrays = system.arrays(self.model.linear.ready)
                 self._without_factors()
                 if tries > 1 and self.controlled:  # the iterations diverge, and reach other bodies each time
                     self.motion.sizes[self.following] *= _SHORTER
@@ -216,9 +210,7 @@ class StepMethod(ABC):
     @cached_property
     def _arrays(self) -> ArrayModel | None:
         """Arrays of the system; they are created at the first use, because their kernels may have to be compiled."""
-        if not _has_arrays(type(self.system)):
-            return None
-        model: ArrayModel | None = cast(ArraySystem, self.system).arrays(self.model.linear.ready)
+        model: ArrayModel | None = self.system.arrays(self.model.linear.ready)
         return model
 
     @property

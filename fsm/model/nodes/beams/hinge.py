@@ -109,13 +109,6 @@ def _state(
 
 
 @kernel
-def set_law(hinges: HingeArrays, t: float) -> None:
-    """Set the law of the hinges at a time (s)."""
-    for k in range(hinges.times.shape[0]):
-        hinges.latched[k] = 1 if hinges.times[k] < t else 0
-
-
-@kernel
 def latch(hinges: HingeArrays, t: float, q: np.ndarray, u: np.ndarray) -> None:
     """Latch the hinges that are at their stops, or beyond them, and whose stop moment opposes the deployment."""
     gradient = np.empty(4)
@@ -126,39 +119,29 @@ def latch(hinges: HingeArrays, t: float, q: np.ndarray, u: np.ndarray) -> None:
             hinges.times[k] = t
 
 
-@kernel
-def stored_energy(hinges: HingeArrays, q: np.ndarray) -> float:
-    """Energy of springs and stops, J."""
-    total = 0.0
-    for k in range(hinges.vectors.shape[0]):
-        px, py, qx, qy = _slopes(hinges.vectors[k], q)
-        law, turn = hinges.law[k], _turn(px, py, qx, qy, hinges.initial[k], hinges.sign[k])
-        depth = turn - law[_LIMIT]
-        total += 0.5 * law[_STIFFNESS] * (turn - law[_REST]) ** 2
-        if hinges.latched[k] == 1 or depth > 0.0:
-            total += law[_STOP] * abs(depth) ** 2.5 / 2.5
-    return total
+# on tables --------------------------------------------------------------------------------------------------------------
 
 
 @kernel
-def dissipation(hinges: HingeArrays, q: np.ndarray, u: np.ndarray) -> float:
-    """Dissipated power, W."""
-    gradient, power = np.empty(4), 0.0
-    for k in range(hinges.vectors.shape[0]):
-        turn, rate = _state(hinges, k, q, u, gradient)
-        law, depth = hinges.law[k], turn - hinges.law[k, _LIMIT]
-        moment = law[_DAMPING] * rate + law[_FRICTION] * np.tanh(rate / law[_SPEED])
-        if hinges.latched[k] == 1 or depth > 0.0:
-            # where a stop would pull, its moment is set to zero, because the excess is dissipated; a latch can pull
-            damped = law[_RESTITUTION] * rate
-            moment += law[_STOP] * abs(depth) ** 1.5 * (damped if hinges.latched[k] == 1 else max(damped, -1.0))
-        power += moment * rate
-    return power
+def _hinges_of(table: np.ndarray, t: np.ndarray) -> HingeArrays:
+    """Hinges with the law of the present time."""
+    hinges = HingeArrays(
+        integers_2d(t, 0), floats_1d(t, 1), floats_1d(t, 2), floats_2d(t, 3), floats_1d(t, 4), integers_1d(t, 5)
+    )
+    t = floats_1d(table, NUMBERS)[NOW]
+    for k in range(hinges.times.shape[0]):
+        hinges.latched[k] = 1 if hinges.times[k] < t else 0
+    return hinges
 
 
 @kernel
-def add_force(hinges: HingeArrays, q: np.ndarray, u: np.ndarray, force: np.ndarray) -> None:
-    """Add the forces of all hinges."""
+def _rates(table: np.ndarray, moving: float) -> np.ndarray:
+    return floats_1d(table, U) if moving == 1.0 else np.zeros(floats_1d(table, U).shape[0])
+
+
+@kernel
+def _force(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    hinges, q, u, force = _hinges_of(table, own), floats_1d(table, Q), _rates(table, moving), floats_1d(table, FORCE)
     gradient = np.empty(4)
     for k in range(hinges.vectors.shape[0]):
         turn, rate = _state(hinges, k, q, u, gradient)
@@ -166,14 +149,16 @@ def add_force(hinges: HingeArrays, q: np.ndarray, u: np.ndarray, force: np.ndarr
         for i in range(2):
             for a in range(2):
                 force[hinges.vectors[k, i] + a] -= moment * gradient[2 * i + a]
+    return 0.0
 
 
 @kernel
-def add_tangent(
-    hinges: HingeArrays, q: np.ndarray, u: np.ndarray, slots: np.ndarray, size: int, into_stiffness: np.ndarray,
-    into_damping: np.ndarray,
-) -> None:  # fmt: skip
-    """Add -dh/dq and -dh/du to the flat block data; `slots` (m, 2, 2) as in `ElementGroup.add_linearised`."""
+def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    _force(table, own, moving)
+    hinges, q, u = _hinges_of(table, own), floats_1d(table, Q), _rates(table, moving)
+    stiffness, damping = floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
+    slots, size = integers_2d(own, _SLOTS).reshape(hinges.vectors.shape[0], 2, 2), stiffness.shape[1]
+    into_stiffness, into_damping = stiffness.reshape(-1), damping.reshape(-1)
     gradient, hessian, turned = np.empty(4), np.zeros((4, 4)), np.empty(4)
     for k in range(hinges.vectors.shape[0]):
         px, py, qx, qy = _slopes(hinges.vectors[k], q)
@@ -197,50 +182,37 @@ def add_tangent(
                             gradient[m] * (by_turn * gradient[n] + by_rate * turned[n]) + moment * hessian[m, n]
                         )
                         into_damping[slot + a * size + b] += by_rate * gradient[m] * gradient[n]
-
-
-# on tables --------------------------------------------------------------------------------------------------------------
-
-
-@kernel
-def _hinges_of(table: np.ndarray, t: np.ndarray) -> HingeArrays:
-    """Hinges with the law of the present time."""
-    hinges = HingeArrays(
-        integers_2d(t, 0), floats_1d(t, 1), floats_1d(t, 2), floats_2d(t, 3), floats_1d(t, 4), integers_1d(t, 5)
-    )
-    set_law(hinges, floats_1d(table, NUMBERS)[NOW])
-    return hinges
-
-
-@kernel
-def _rates(table: np.ndarray, moving: float) -> np.ndarray:
-    return floats_1d(table, U) if moving == 1.0 else np.zeros(floats_1d(table, U).shape[0])
-
-
-@kernel
-def _force(table: np.ndarray, own: np.ndarray, moving: float) -> float:
-    add_force(_hinges_of(table, own), floats_1d(table, Q), _rates(table, moving), floats_1d(table, FORCE))
-    return 0.0
-
-
-@kernel
-def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
-    hinges, q, rates = _hinges_of(table, own), floats_1d(table, Q), _rates(table, moving)
-    stiffness, damping = floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
-    add_force(hinges, q, rates, floats_1d(table, FORCE))
-    slots = integers_2d(own, _SLOTS).reshape(hinges.vectors.shape[0], 2, 2)
-    add_tangent(hinges, q, rates, slots, stiffness.shape[1], stiffness.reshape(-1), damping.reshape(-1))
     return 0.0
 
 
 @kernel
 def _stored(table: np.ndarray, own: np.ndarray, moving: float) -> float:
-    return stored_energy(_hinges_of(table, own), floats_1d(table, Q))
+    """Energy of springs and stops."""
+    hinges, q, total = _hinges_of(table, own), floats_1d(table, Q), 0.0
+    for k in range(hinges.vectors.shape[0]):
+        px, py, qx, qy = _slopes(hinges.vectors[k], q)
+        law, turn = hinges.law[k], _turn(px, py, qx, qy, hinges.initial[k], hinges.sign[k])
+        depth = turn - law[_LIMIT]
+        total += 0.5 * law[_STIFFNESS] * (turn - law[_REST]) ** 2
+        if hinges.latched[k] == 1 or depth > 0.0:
+            total += law[_STOP] * abs(depth) ** 2.5 / 2.5
+    return total
 
 
 @kernel
 def _lost(table: np.ndarray, own: np.ndarray, moving: float) -> float:
-    return dissipation(_hinges_of(table, own), floats_1d(table, Q), _rates(table, moving))
+    hinges, q, u = _hinges_of(table, own), floats_1d(table, Q), _rates(table, moving)
+    gradient, power = np.empty(4), 0.0
+    for k in range(hinges.vectors.shape[0]):
+        turn, rate = _state(hinges, k, q, u, gradient)
+        law, depth = hinges.law[k], turn - hinges.law[k, _LIMIT]
+        moment = law[_DAMPING] * rate + law[_FRICTION] * np.tanh(rate / law[_SPEED])
+        if hinges.latched[k] == 1 or depth > 0.0:
+            # where a stop would pull, its moment is set to zero, because the excess is dissipated; a latch can pull
+            damped = law[_RESTITUTION] * rate
+            moment += law[_STOP] * abs(depth) ** 1.5 * (damped if hinges.latched[k] == 1 else max(damped, -1.0))
+        power += moment * rate
+    return power
 
 
 @kernel
@@ -276,18 +248,13 @@ class HingeGroup(ElementGroup):
 
     @cached_property
     def arrays(self) -> HingeArrays:
-        """Arrays of the kernels; `latched` is 1 for hinges whose stops act in both directions (see `set_law`)."""
+        """Arrays of the kernels; `latched` is 1 for hinges whose stops act in both directions, since their latching."""
         latched = np.zeros(len(self.vectors), dtype=np.int64)
         return HingeArrays(
             np.ascontiguousarray(self.vectors), np.ascontiguousarray(self.initial), np.ascontiguousarray(self.sign),
             np.ascontiguousarray(self.law), self.times, latched,
         )  # fmt: skip
     kernels = _force, _tangent, _stored, _lost
-
-    @property
-    def table(self) -> list[np.ndarray]:
-        """See `ElementGroup`."""
-        return list(self.arrays)
 
     @property
     def rate_dependent(self) -> bool:

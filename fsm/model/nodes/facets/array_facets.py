@@ -6,13 +6,21 @@ import numpy as np
 
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_2d
 from fsm.kernels.jit import kernel
-from fsm.model.nodes.arrays import DAMPING, FORCE, STIFFNESS, Q, U
-from fsm.model.nodes.facets.facet import FacetArrays, add_facet_force, add_facet_tangent, facet_energy
+from fsm.model.nodes.arrays import DAMPING, FORCE, LAST, MEAN_OVER, NUMBERS, STIFFNESS, Q, U
+from fsm.model.nodes.facets.facet import (
+    FacetArrays,
+    add_facet_force,
+    add_facet_tangent,
+    facet_curvatures,
+    facet_energy,
+    facet_strains,
+)
 from fsm.model.nodes.facets.facet_damping import add_facet_damping, facet_dissipation, facet_rates
+from fsm.solve.stepping.vectors import scaled
 
-EDGES, ROWS, POINTS, _TENSION, _BEND, _VISCOSITY, _SLOTS = 1, 6, 9, 10, 11, 12, 13
-"""Rows of a group's table. The arrays of `FacetArrays` come first; arrays of four dimensions are stored flat. Rows of
-damping, the Kelvin-Voigt time and slots follow."""
+EDGES, ROWS, POINTS, _TENSION, _BEND, _VISCOSITY, EFFORTS, GIVEN, _SLOTS = 1, 6, *range(9, 16)
+"""Rows of a group's table. The arrays of `FacetArrays` come first; arrays of four dimensions are stored flat. Then: rows of
+damping, the Kelvin-Voigt time, membrane efforts for the geometric stiffness with 1 if they are given, and slots."""
 
 
 @kernel
@@ -25,13 +33,35 @@ def _facets_of(t: np.ndarray) -> FacetArrays:
 
 
 @kernel
+def _set_means(now: np.ndarray, before: np.ndarray, over: float, out: np.ndarray) -> None:
+    for i in range(out.shape[0]):
+        out[i] = (now[i] - before[i]) / over
+
+
+@kernel
+def _rates(table: np.ndarray, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rates of strains (m, 5, 3) and curvatures (m, 3, 3): means over a quasi-static step, else those at the velocities."""
+    facets, bend, q = _facets_of(own), floats_1d(own, _BEND).reshape(-1, 3, 5, 9), floats_1d(table, Q)
+    count, mean_over = facets.vectors.shape[0], floats_1d(table, NUMBERS)[MEAN_OVER]
+    stretching, turning = np.empty((count, 5, 3)), np.empty((count, 3, 3))
+    if mean_over == 0.0:
+        facet_rates(facets, bend, q, floats_1d(table, U), stretching, turning)
+        return stretching, turning
+    before, last = np.empty((count, 5, 3)), floats_1d(table, LAST)
+    facet_strains(facets, q, stretching)
+    facet_strains(facets, last, before)
+    _set_means(stretching.reshape(-1), before.reshape(-1), mean_over, stretching.reshape(-1))
+    now, then = facet_curvatures(facets, bend, q), facet_curvatures(facets, bend, last)
+    _set_means(now.reshape(-1), then.reshape(-1), mean_over, turning.reshape(-1))
+    return stretching, turning
+
+
+@kernel
 def _dissipated(table: np.ndarray, own: np.ndarray, force: np.ndarray) -> float:
     """Add the forces of damping; returns the dissipated power."""
-    facets, bend, q = _facets_of(own), floats_1d(own, _BEND).reshape(-1, 3, 5, 9), floats_1d(table, Q)
-    count = facets.vectors.shape[0]
-    stretching, turning = np.empty((count, 5, 3)), np.empty((count, 3, 3))
-    facet_rates(facets, bend, q, floats_1d(table, U), stretching, turning)
-    return facet_dissipation(facets, bend, floats_1d(own, _VISCOSITY)[0], q, stretching, turning, force)
+    bend, (stretching, turning) = floats_1d(own, _BEND).reshape(-1, 3, 5, 9), _rates(table, own)
+    tau = floats_1d(own, _VISCOSITY)[0]
+    return facet_dissipation(_facets_of(own), bend, tau, floats_1d(table, Q), stretching, turning, force)
 
 
 @kernel
@@ -46,18 +76,17 @@ def _force(table: np.ndarray, own: np.ndarray, moving: float) -> float:
 @kernel
 def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
     _force(table, own, moving)
-    facets, q = _facets_of(own), floats_1d(table, Q)
+    facets, q, given, efforts = _facets_of(own), floats_1d(table, Q), floats_1d(own, GIVEN)[0], floats_3d(own, EFFORTS)
     stiffness, slots = floats_3d(table, STIFFNESS), integers_2d(own, _SLOTS)
     count, tau = slots.shape[0] // 9, floats_1d(own, _VISCOSITY)[0]
-    add_facet_tangent(
-        facets, q, np.empty((0, 5, 3)), slots.reshape(count, 9, 9), stiffness.shape[1], stiffness.reshape(-1)
-    )
+    own_efforts = efforts if given > 0.0 else efforts[:0]
+    add_facet_tangent(facets, q, own_efforts, slots.reshape(count, 9, 9), stiffness.shape[1], stiffness.reshape(-1))
     if moving * tau > 0.0:
         bend, u, damping = floats_1d(own, _BEND).reshape(-1, 3, 5, 9), floats_1d(table, U), floats_3d(table, DAMPING)
-        stretching, turning = np.empty((count, 5, 3)), np.empty((count, 3, 3))
-        facet_rates(facets, bend, q, u, stretching, turning)
+        stretching, turning = _rates(table, own)
+        rates = u if floats_1d(table, NUMBERS)[MEAN_OVER] == 0.0 else scaled(0.0, u)
         add_facet_damping(
-            facets, bend, tau, q, u, stretching, turning, slots.reshape(count, 9, 9), stiffness.shape[1],
+            facets, bend, tau, q, rates, stretching, turning, slots.reshape(count, 9, 9), stiffness.shape[1],
             stiffness.reshape(-1), damping.reshape(-1),
         )  # fmt: skip
     return 0.0

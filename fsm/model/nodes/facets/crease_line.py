@@ -8,26 +8,19 @@ width.
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
-from functools import cached_property
-
 import numpy as np
 
-from fsm.kernels.programs import CONSTANT, table_of
 from fsm.laws.crease import CreaseLaws
-from fsm.laws.crease_sliders import no_sliders
-from fsm.model.nodes.facets.array_folds import FOLDS, fold_table
-from fsm.model.nodes.facets.fold_kernels import FoldArrays, FoldCurves, FoldPath
-from fsm.model.nodes.group import ElementGroup
-from fsm.solve.interface.records import PreviousState
+from fsm.model.nodes.facets.fold_laws import FoldLaws
+from fsm.model.nodes.facets.folds import FoldGroup
 
 
-@dataclass(frozen=True, eq=False)
-class CreaseLineGroup(ElementGroup):
-    """Nodes of crease lines; see the module docstring.
+def crease_line(
+    vectors: np.ndarray, stiffness: np.ndarray, free_turn: np.ndarray, near: np.ndarray, viscosity: float = 0.0
+) -> FoldGroup:
+    """Nodes of crease lines as folds with the curve M(o) = o; see the module docstring.
 
-    Attributes
+    Parameters
     ----------
     vectors : (m, 3) int array
         First coordinates of a, b and c.
@@ -36,43 +29,13 @@ class CreaseLineGroup(ElementGroup):
     free_turn : (m,) array, rad
         Rotation at zero moment.
     near : (m,) array, rad
-        Rotations are determined within half a turn of this value.
+        Rotations at the start, within half a turn.
     viscosity : s
         Kelvin-Voigt time tau.
     """
-
-    vectors: np.ndarray
-    stiffness: np.ndarray
-    free_turn: np.ndarray
-    near: np.ndarray
-    viscosity: float = 0.0
-    name: str = "creases"
-
-    @property
-    def rate_dependent(self) -> bool:
-        """See `ElementGroup`."""
-        return self.viscosity > 0.0
-    kernels = FOLDS
-
-    @property
-    def table(self) -> list[np.ndarray]:
-        """See `ElementGroup`."""
-        return fold_table(self.arrays)
-
-    def at(self, t: float, before: PreviousState | None) -> None:
-        """See `ElementGroup`; the rotations have no memory, and dampers use the rates of the coordinates."""
-
-    @cached_property
-    def arrays(self) -> FoldArrays:
-        """Arrays of the kernels, as folds with the curve M(o) = o."""
-        count = len(self.vectors)
-        numbers, weights = np.zeros(count, dtype=np.int64), np.broadcast_to(np.eye(3), (count, 3, 3))
-        unit = np.array([0, 1]), np.zeros(1), np.array([[0.0, 0.0, 1.0, 0.0]]), np.zeros(1)
-        curves = CreaseLaws(np.array(self.free_turn, dtype=float), np.ones(count), np.zeros(count), numbers, *unit)
-        stiffness = np.array(self.stiffness, dtype=float)
-        law = FoldCurves(curves, stiffness, np.zeros(0), np.array([math.pi]))
-        return FoldArrays(
-            np.ascontiguousarray(self.vectors), np.ascontiguousarray(weights), np.array(self.near, dtype=float),
-            self.viscosity * stiffness, law,
-            FoldPath(np.zeros(0), table_of([CONSTANT]), np.zeros(0, dtype=np.int64), no_sliders()),
-        )  # fmt: skip
+    count = len(vectors)
+    unit = np.array([0, 1]), np.zeros(1), np.array([[0.0, 0.0, 1.0, 0.0]]), np.zeros(1)
+    numbers = np.zeros(count, dtype=np.int64)
+    curves = CreaseLaws(np.array(free_turn, dtype=float), np.ones(count), np.zeros(count), numbers, *unit)
+    laws = FoldLaws(near, curves, stiffness, viscosity * stiffness, np.zeros(count))
+    return FoldGroup(vectors, np.tile(np.eye(3), (count, 1, 1)), laws)

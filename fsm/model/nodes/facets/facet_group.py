@@ -3,29 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from fsm.model.nodes.facets.array_facets import EDGES, FACETS, POINTS, ROWS
-from fsm.model.nodes.facets.facet import (
-    FacetArrays,
-    add_facet_force,
-    add_facet_tangent,
-    facet_curvatures,
-    facet_efforts,
-    facet_energy,
-    facet_strains,
-)
-from fsm.model.nodes.facets.facet_damping import add_facet_damping, facet_dissipation, facet_rates
+from fsm.model.nodes.facets.array_facets import EDGES, EFFORTS, FACETS, GIVEN, POINTS, ROWS
+from fsm.model.nodes.facets.facet import FacetArrays, facet_curvatures, facet_efforts, facet_energy, facet_strains
 from fsm.model.nodes.facets.facet_shape import FacetRows, facet_masses, facet_rows, membrane_moduli, mid_edge_strains
 from fsm.model.nodes.facets.facet_tension import REMAINDER
 from fsm.model.nodes.films.film import FilmMaterial
 from fsm.model.nodes.group import ElementGroup, MassPart
-from fsm.solve.interface.records import PreviousState
-
-_NONE = np.zeros((0, 5, 3))
 
 
 @dataclass(eq=False)
@@ -61,25 +49,14 @@ class FacetGroup(ElementGroup):
     viscosity: float = 0.0
     rounding: float | None = None
     name: str = "panels"
-    _before: PreviousState | None = field(default=None, init=False)
-    _duration: float = field(default=0.0, init=False)
     kernels = FACETS
 
-    @property
+    @cached_property
     def table(self) -> list[np.ndarray]:
         """See `ElementGroup`."""
         own = [array.reshape(-1) if row in (EDGES, ROWS, POINTS) else array for row, array in enumerate(self.arrays)]
-        return [*own, np.ascontiguousarray(self.rows.bend).reshape(-1), np.array([self.viscosity])]
-
-    @property
-    def rate_dependent(self) -> bool:
-        """See `ElementGroup`."""
-        return self.viscosity > 0.0
-
-    def at(self, t: float, before: PreviousState | None) -> None:
-        """See `ElementGroup`."""
-        self._duration = 0.0 if before is None else t - before[0]
-        self._before = before if self._duration else None
+        bend, efforts = np.ascontiguousarray(self.rows.bend).reshape(-1), np.zeros((len(self.vectors), 5, 3))
+        return [*own, bend, np.array([self.viscosity]), efforts, np.zeros(1)]
 
     @property
     def effort_count(self) -> int:
@@ -96,39 +73,11 @@ class FacetGroup(ElementGroup):
         masses = facet_masses(self.plane, self.angle, self.rows.area, self.material.areal_density)
         return MassPart(self.vectors, masses, np.eye(3))
 
-    def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
-        """See `ElementGroup`."""
-        add_facet_force(self.arrays, q, force)
-        if self.viscosity and u is not None:
-            self._dissipate(q, u, force)
-
-    def add_linearised(
-        self,
-        q: np.ndarray,
-        u: np.ndarray | None,
-        slots: np.ndarray,
-        force: np.ndarray,
-        stiffness: np.ndarray,
-        damping: np.ndarray,
-        efforts: np.ndarray | None = None,
-    ) -> None:
-        """See `ElementGroup`; with `efforts`, these membrane efforts give the geometric stiffness."""
-        self.add_force(q, u, force)
-        given = _NONE if efforts is None else efforts.reshape(-1, 5, 3)
-        data = stiffness.reshape(-1), damping.reshape(-1)
-        add_facet_tangent(self.arrays, q, given, slots, stiffness.shape[1], data[0])
-        if self.viscosity and u is not None:
-            rates = u if self._before is None else np.zeros_like(q)
-            add_facet_damping(
-                self.arrays, self.rows.bend, self.viscosity, q, rates, *self._rates(q, u), slots, stiffness.shape[1], *data
-            )
-
-    def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
-        """See `ElementGroup`."""
-        stored = sum(self.energies(q))
-        if not self.viscosity or u is None:
-            return stored, 0.0
-        return stored, self._dissipate(q, u, np.zeros_like(q))
+    def give_efforts(self, efforts: np.ndarray | None) -> None:
+        """Let these membrane efforts give the geometric stiffness from now on; None: those of the coordinates."""
+        self.table[GIVEN][0] = 0.0 if efforts is None else 1.0
+        if efforts is not None:
+            self.table[EFFORTS].ravel()[:] = efforts
 
     def energies(self, q: np.ndarray) -> tuple[float, float]:
         """Energy of stretch and of bending, J."""
@@ -148,26 +97,6 @@ class FacetGroup(ElementGroup):
     def curvatures(self, q: np.ndarray) -> np.ndarray:
         """Curvatures kxx, kyy, kxy at the middles of the edges, (m, 3, 3), 1/m."""
         return np.asarray(facet_curvatures(self.arrays, self.rows.bend, q))
-
-    def _dissipate(self, q: np.ndarray, u: np.ndarray, force: np.ndarray) -> float:
-        """Add the forces of damping; returns the dissipated power, W."""
-        rates = self._rates(q, u)
-        return float(facet_dissipation(self.arrays, self.rows.bend, self.viscosity, q, *rates, force))
-
-    def _rates(self, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rates of strains and curvatures: means over a step of a path, else the rates at the velocities u."""
-        if self._before is None:
-            rates = np.empty((len(self.vectors), 5, 3)), np.empty((len(self.vectors), 3, 3))
-            facet_rates(self.arrays, self.rows.bend, q, u, *rates)
-            return rates
-        (strain, curved), (strain_before, curved_before) = (self._deformation(x) for x in (q, self._before[1]))
-        return (strain - strain_before) / self._duration, (curved - curved_before) / self._duration
-
-    def _deformation(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Strains (m, 5, 3) and curvatures (m, 3, 3)."""
-        strains = np.empty((len(self.vectors), 5, 3))
-        facet_strains(self.arrays, q, strains)
-        return strains, self.curvatures(q)
 
     @cached_property
     def rows(self) -> FacetRows:

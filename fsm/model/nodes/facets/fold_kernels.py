@@ -89,7 +89,7 @@ class FoldArrays(NamedTuple):
 
 
 @kernel
-def _effort(law: FoldCurves, i: int, angle: float) -> tuple[float, float, float]:
+def fold_effort(law: FoldCurves, i: int, angle: float) -> tuple[float, float, float]:
     """Energy, moment and slope of a fold at its angle; NaN where facets have met."""
     share, limit = law.share[i], law.linear_to[0]
     energy, moment, slope = elastic_effort(law.curves, i, angle)
@@ -117,7 +117,7 @@ def fold_efforts(law: FoldCurves, angle: np.ndarray) -> np.ndarray:
     """Energy (J), moment (N m) and slope (N m/rad) of every fold at its angle, (3, m)."""
     out = np.empty((3, angle.shape[0]))
     for i in range(angle.shape[0]):
-        out[0, i], out[1, i], out[2, i] = _effort(law, i, angle[i])
+        out[0, i], out[1, i], out[2, i] = fold_effort(law, i, angle[i])
     return out
 
 
@@ -174,6 +174,16 @@ def _gather(folds: FoldArrays, k: int, q: np.ndarray, v: np.ndarray) -> None:
             for i in range(folds.vectors.shape[1]):
                 total += folds.weights[k, p, i] * q[folds.vectors[k, i] + a]
             v[p, a] = total
+
+
+@kernel
+def fold_angles(folds: FoldArrays, q: np.ndarray) -> np.ndarray:
+    """Fold angle of every fold, (m,), rad."""
+    v, out = np.empty((3, 3)), np.empty(folds.vectors.shape[0])
+    for k in range(out.shape[0]):
+        _gather(folds, k, q, v)
+        out[k] = fold_angle(v, folds.near[k])
+    return out
 
 
 @kernel
@@ -277,104 +287,3 @@ def add_tangents(
                 for j in range(9):
                     block[i, j] = damping[k] * gradient[i] * gradient[j]
             _add_block(folds.weights[k], slots[k], size, block, into_damping)
-
-
-# all at once ------------------------------------------------------------------------------------------------------------
-
-
-@kernel
-def _rates_of(folds: FoldArrays, states: np.ndarray, u: np.ndarray, moving: float, mean_over: float) -> np.ndarray:
-    """Rates of all angles, rad/s: zero at rest, means over a quasi-static step of this size (s), else those at u."""
-    if moving == 0.0:
-        return np.zeros(states.shape[0])
-    if mean_over == 0.0:
-        return fold_rates(folds, states, u)
-    out = np.empty(states.shape[0])
-    for k in range(out.shape[0]):
-        out[k] = (states[k, 0] - folds.near[k]) / mean_over
-    return out
-
-
-@kernel
-def _moments(
-    folds: FoldArrays, u: np.ndarray, moving: float, mean_over: float, t: float, states: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    rate = _rates_of(folds, states, u, moving, mean_over)
-    return fold_moments(folds.law, folds.path, folds.damping, t, states[:, 0].copy(), rate)
-
-
-@kernel
-def add_force(
-    folds: FoldArrays, q: np.ndarray, u: np.ndarray, moving: float, mean_over: float, t: float, force: np.ndarray
-) -> None:
-    """Add the forces of all folds at a time (s); `moving` is 1 in motion, 0 at rest. `mean_over` is the size of a
-    quasi-static step (s), whose rates are means since the last accepted state, or zero.
-    """
-    states = np.empty((folds.vectors.shape[0], 19))
-    fold_states(folds, q, states)
-    moment, _ = _moments(folds, u, moving, mean_over, t, states)
-    add_moments(folds, states, moment, force)
-
-
-@kernel
-def add_tangent(
-    folds: FoldArrays, q: np.ndarray, u: np.ndarray, moving: float, mean_over: float, t: float, slots: np.ndarray,
-    size: int, force: np.ndarray, into_stiffness: np.ndarray, into_damping: np.ndarray,
-) -> None:  # fmt: skip
-    """Add forces, and -dh/dq and -dh/du to the flat block data; arguments as in `add_force` and `add_tangents`."""
-    states = np.empty((folds.vectors.shape[0], 19))
-    fold_states(folds, q, states)
-    moment, slope = _moments(folds, u, moving, mean_over, t, states)
-    add_moments(folds, states, moment, force)
-    turning = np.empty(states.shape[0])
-    for k in range(turning.shape[0]):
-        turning[k] = moving * folds.damping[k] if mean_over == 0.0 else 0.0
-    add_tangents(
-        folds, q, u, states, moment, slope, turning, folds.damping, slots, size, into_stiffness, into_damping
-    )
-
-
-@kernel
-def stored_energy(folds: FoldArrays, q: np.ndarray) -> float:
-    """Energy of all folds, J."""
-    v, total, angle = np.empty((3, 3)), 0.0, np.empty(folds.vectors.shape[0])
-    for k in range(folds.vectors.shape[0]):
-        _gather(folds, k, q, v)
-        angle[k] = fold_angle(v, folds.near[k])
-        total += _effort(folds.law, k, angle[k])[0]
-    return total + slider_energies(folds.law, folds.path, 0.0, angle, angle, 0.0, angle)[0]
-
-
-@kernel
-def dissipation(folds: FoldArrays, q: np.ndarray, u: np.ndarray, mean_over: float) -> float:
-    """Dissipated power of all dampers, W; `mean_over` as in `add_force`."""
-    states, power = np.empty((folds.vectors.shape[0], 19)), 0.0
-    fold_states(folds, q, states)
-    rates = _rates_of(folds, states, u, 1.0, mean_over)
-    for k in range(rates.shape[0]):
-        power += folds.damping[k] * rates[k] * rates[k]
-    return power
-
-
-@kernel
-def path_powers(
-    folds: FoldArrays, q: np.ndarray, u: np.ndarray, t: float, step: float, mean_over: float
-) -> tuple[float, float]:
-    """Input power of moving rest angles, and dissipated power of sliders, W: the mean of an accepted step of this size (s)
-    that ends at time t, or that of the present rates if it is zero. `mean_over` as in `add_force`; the quasi-static step is
-    not yet accepted.
-    """
-    path = folds.path
-    if path.turning.shape[0] == 0 and path.chosen.shape[0] == 0:
-        return 0.0, 0.0
-    states, put_in = np.empty((folds.vectors.shape[0], 19)), 0.0
-    fold_states(folds, q, states)
-    angle, rates = states[:, 0].copy(), _rates_of(folds, states, u, 1.0, mean_over)
-    if path.turning.shape[0] > 0:
-        factor = program_at(path.time, 0, t)[0]
-        for k in range(rates.shape[0]):
-            put_in += factor * path.turning[k] * rates[k]
-    if mean_over > 0.0:
-        return put_in, slider_energies(folds.law, path, t, angle, rates, 1.0 / mean_over, folds.near)[1]
-    per_second = 1.0 / step if step > 0.0 else 0.0
-    return put_in, slider_energies(folds.law, path, t, angle, rates, per_second, angle)[1]

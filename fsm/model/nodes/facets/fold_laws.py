@@ -24,25 +24,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
 from fsm.kernels.programs import CONSTANT, Program, table_of
-from fsm.laws.crease import CreaseLaws, openings_of
-from fsm.laws.crease_sliders import Sliders, accept_sliders, no_sliders
-from fsm.model.nodes.facets.fold_kernels import FoldCurves, FoldPath, fold_efforts, fold_moments, slider_energies
-
-
-class FoldEnergy(NamedTuple):
-    """Stored energy (J) of all folds, and powers (W): dissipated by dampers and sliders, input of sliders, and input of
-    the load.
-    """
-
-    stored: float
-    dissipated: float
-    sliding: float
-    load: float
+from fsm.laws.crease import CreaseLaws
+from fsm.laws.crease_sliders import Sliders, no_sliders
+from fsm.model.nodes.facets.fold_kernels import FoldCurves, FoldPath
 
 
 @dataclass(eq=False)
@@ -96,49 +84,3 @@ class FoldLaws:
         turning = np.array(self.turning, dtype=float) if np.any(self.turning) else np.zeros(0)
         sliders = no_sliders() if self.sliders is None else self.sliders
         return FoldPath(turning, table_of([self.time]), np.array(self.chosen, dtype=np.int64), sliders)
-
-    @cached_property
-    def rate_dependent(self) -> bool:
-        """Whether moments depend on rates."""
-        return bool(np.any(self.damping))
-
-    def moments(self, t: float, angle: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Moments (m,) against the fold angle, N m, and their slopes, N m/rad."""
-        moment, slope = fold_moments(self.without_memory, self.path, np.array(self.damping, dtype=float), t, angle, rate)
-        return moment, slope
-
-    def energy(
-        self, t: float, angle: np.ndarray, rate: np.ndarray, duration: float | None = None, other: np.ndarray | None = None
-    ) -> FoldEnergy:
-        """Energy and powers; `duration` and the angles `other` at the other end of a step have the same meaning as in
-        `slider_energy`.
-        """
-        stored = float(fold_efforts(self.without_memory, angle)[0].sum())
-        per_second, opened = 0.0 if duration is None else 1.0 / duration, angle if other is None else other
-        kept, sliding = slider_energies(self.without_memory, self.path, t, angle, rate, per_second, opened)
-        power, stored = float(self.damping @ rate**2), stored + kept
-        return FoldEnergy(stored, power + sliding, sliding, self.time.at(t)[0] * float(self.turning @ rate))
-
-    # memory -----------------------------------------------------------------------------------------------------------
-
-    def commit(self, t: float, angle: np.ndarray) -> None:
-        """Store the angles of an accepted state."""
-        self.near[:] = angle
-        if self.sliders is not None:
-            accept_sliders(self.sliders, t, openings_of(self.curves, self.path.chosen, angle))
-
-    @property
-    def remembered(self) -> int:
-        """Length of `memory`."""
-        return len(self.start) + (0 if self.sliders is None else len(self.sliders.memory))
-
-    def memory(self) -> np.ndarray:
-        """Memory as one flat array."""
-        return np.concatenate([self.near, [] if self.sliders is None else self.sliders.memory])
-
-    def restore(self, memory: np.ndarray) -> None:
-        """Restore the memory; an empty array resets it."""
-        count = len(self.start)
-        self.near[:] = memory[:count] if len(memory) else self.start
-        if self.sliders is not None:
-            self.sliders.memory[:] = memory[count:] if len(memory) else self.sliders.first

@@ -12,16 +12,16 @@ valley. `fsm.model.nodes.facets.fold_laws` defines the moments.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from fsm.model.nodes.facets.array_folds import FOLDS, fold_table
-from fsm.model.nodes.facets.fold_kernels import FoldArrays, add_moments, add_tangents, fold_rates, fold_states
-from fsm.model.nodes.facets.fold_laws import FoldEnergy, FoldLaws
+from fsm.model.nodes.arrays import FORCE_AT
+from fsm.model.nodes.facets.array_folds import FOLDS, MOMENTS, commit_folds, fold_table
+from fsm.model.nodes.facets.fold_kernels import FoldArrays, fold_angles
+from fsm.model.nodes.facets.fold_laws import FoldLaws
 from fsm.model.nodes.group import ElementGroup
-from fsm.solve.interface.records import PreviousState
 
 BETWEEN_POINTS = np.array([[-1.0, 1.0, 0.0, 0.0], [0.0, -1.0, 0.0, 1.0], [0.0, -1.0, 1.0, 0.0]])
 """a, b and c as sums of the points i, j, k, l of two triangles."""
@@ -45,23 +45,18 @@ class FoldGroup(ElementGroup):
     weights: np.ndarray
     laws: FoldLaws
     name: str = "creases"
-    _time: float = field(default=0.0, init=False)
-    _before: PreviousState | None = field(default=None, init=False)
     kernels = FOLDS
+    accept = staticmethod(commit_folds)
 
-    @property
+    @cached_property
     def table(self) -> list[np.ndarray]:
         """See `ElementGroup`."""
         return fold_table(self.arrays)
 
-    @property
+    @cached_property
     def rate_dependent(self) -> bool:
         """See `ElementGroup`."""
-        return self.laws.rate_dependent
-
-    def at(self, t: float, before: PreviousState | None) -> None:
-        """See `ElementGroup`."""
-        self._time, self._before = t, before if before is not None and before[0] != t else None
+        return bool(np.any(self.laws.damping))
 
     @cached_property
     def arrays(self) -> FoldArrays:
@@ -73,89 +68,20 @@ class FoldGroup(ElementGroup):
 
     def angles(self, q: np.ndarray) -> np.ndarray:
         """Fold angle of every fold, (m,), rad."""
-        return self._states(q)[:, 0].copy()
-
-    def add_turns(self, q: np.ndarray, weights: np.ndarray, out: np.ndarray) -> None:
-        """Add the gradient of the sum of weights (m,) times fold angles to `out` (n,)."""
-        add_moments(self.arrays, self._states(q), -weights, out)
+        return np.asarray(fold_angles(self.arrays, q))
 
     def moments(self, q: np.ndarray, u: np.ndarray | None = None) -> np.ndarray:
         """Moment of every fold, (m,), N m."""
-        return self._efforts(self._states(q), u)[0]
+        self._alone.call(FORCE_AT, q, u, np.zeros_like(q))
+        return self.table[MOMENTS].copy()
 
-    def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
+    def break_times(self) -> list[float]:
         """See `ElementGroup`."""
-        states = self._states(q)
-        add_moments(self.arrays, states, self._efforts(states, u)[0], force)
-
-    def add_linearised(
-        self,
-        q: np.ndarray,
-        u: np.ndarray | None,
-        slots: np.ndarray,
-        force: np.ndarray,
-        stiffness: np.ndarray,
-        damping: np.ndarray,
-    ) -> None:
-        """See `ElementGroup`."""
-        states = self._states(q)
-        moment, slope = self._efforts(states, u)
-        add_moments(self.arrays, states, moment, force)
-        none, dampers = np.zeros(len(states)), self.arrays.damping
-        add_tangents(
-            self.arrays, q, q if u is None else u, states, moment, slope,
-            none if u is None or self._before is not None else dampers, none if u is None else dampers, slots,
-            stiffness.shape[1], stiffness.reshape(-1), damping.reshape(-1),
-        )  # fmt: skip
-
-    def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
-        """See `ElementGroup`."""
-        found = self.powers(q, u)
-        return found.stored, found.dissipated
-
-    def powers(self, q: np.ndarray, u: np.ndarray | None) -> FoldEnergy:
-        """Energy, and powers of dampers, sliders and moving rest angles."""
-        states = self._states(q)
-        angle, rate = states[:, 0].copy(), self._rate(states, u)
-        if self._before is None:
-            return self.laws.energy(self._time, angle, rate)
-        return self.laws.energy(self._time, angle, rate, self._time - self._before[0], self.angles(self._before[1]))
-
-    # memory -----------------------------------------------------------------------------------------------------------
-
-    def commit(self, t: float, q: np.ndarray) -> None:
-        """See `FoldLaws`."""
-        self.laws.commit(t, self.angles(q))
+        return list(self.laws.time.breaks())
 
     @property
-    def remembered(self) -> int:
-        """See `FoldLaws`."""
-        return self.laws.remembered
-
-    def memory(self) -> np.ndarray:
-        """See `FoldLaws`."""
-        return self.laws.memory()
-
-    def restore(self, memory: np.ndarray) -> None:
-        """See `FoldLaws`."""
-        self.laws.restore(memory)
-
-    # inside -----------------------------------------------------------------------------------------------------------
-
-    def _states(self, q: np.ndarray) -> np.ndarray:
-        """See `fold_states`."""
-        states = np.empty((len(self.vectors), 19))
-        fold_states(self.arrays, q, states)
-        return states
-
-    def _efforts(self, states: np.ndarray, u: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-        """Moments and slopes of all folds."""
-        return self.laws.moments(self._time, states[:, 0].copy(), self._rate(states, u))
-
-    def _rate(self, states: np.ndarray, u: np.ndarray | None) -> np.ndarray:
-        """Rates of the fold angles, (m,), rad/s: means over a step of a path, else the rates at the velocities u."""
-        if u is None:
-            return np.zeros(len(states))
-        if self._before is not None:
-            return np.asarray((states[:, 0] - self.angles(self._before[1])) / (self._time - self._before[0]))
-        return np.asarray(fold_rates(self.arrays, states, u))
+    def kept(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """See `ElementGroup`."""
+        laws = self.laws
+        angles = laws.near, np.array(laws.start, dtype=float)
+        return [angles] if laws.sliders is None else [angles, (laws.sliders.memory, laws.sliders.first)]

@@ -232,7 +232,7 @@ class PressureGroup(ElementGroup):
     time : factor over time
     """
 
-    name = "pressure"
+    name = ""
     kernels = (_force, _tangent, _nothing, _nothing, _put_in)
 
     def __init__(self, load: str, faces: PressedFaces, pressure: float, time: Program) -> None:
@@ -259,6 +259,10 @@ class PressureGroup(ElementGroup):
     def break_times(self) -> list[float]:
         """See `ElementGroup`."""
         return list(self.time.breaks())
+
+    def peak_times(self) -> list[float]:
+        """See `ElementGroup`."""
+        return list(self.time.peaks())
 
     def swept(self, start: np.ndarray, end: np.ndarray) -> float:
         """Volume between the surfaces of two configurations (n,) of the nodes, along straight lines, m^3.

@@ -162,11 +162,6 @@ class MembraneGroup(ElementGroup):
         return [*self.arrays, np.array([self.viscosity])]
 
     @property
-    def rate_dependent(self) -> bool:
-        """See `ElementGroup`."""
-        return self.viscosity > 0.0
-
-    @property
     def wave_speed(self) -> float:
         """Speed of axial waves, m/s."""
         return math.sqrt(self.material.stretch / self.material.areal_density)

@@ -16,7 +16,6 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import Pointer
 from fsm.kernels.programs import table_of
 from fsm.model.nodes.arrays import KINDS_OF_ENERGY, Arrays, Coordinates, Moved, Rows
-from fsm.model.nodes.group import ElementGroup
 from fsm.model.nodes.matrices import set_held
 from fsm.model.nodes.system.array_kernels import AT_REST, KERNELS
 from fsm.solve.interface.records import Ready
@@ -24,7 +23,7 @@ from fsm.solve.stepping.equilibrium import RestModel
 from fsm.solve.stepping.model import ArrayModel
 
 if TYPE_CHECKING:
-    from fsm.model.nodes.system.moving_mesh import MovingMesh
+    from fsm.model.nodes.system.system import AncfSystem
 
 @kernel
 def _none(table: np.ndarray, own: np.ndarray, number: float) -> float:
@@ -38,7 +37,7 @@ _KINDS = {name: number for number, name in enumerate(KINDS_OF_ENERGY, start=1)}
 class Compiled:
     """Compiled models of a system without parts in Python: in motion, and at rest. Both models share all arrays."""
 
-    def __init__(self, system: MovingMesh, ready: Ready) -> None:
+    def __init__(self, system: AncfSystem, ready: Ready) -> None:
         self._arrays, self._held = coordinates_of(system, Matrices.of(system, ready))
         self._state = system.initial()
 
@@ -76,7 +75,7 @@ class Matrices(NamedTuple):
     slots: list[np.ndarray]
 
     @classmethod
-    def of(cls, system: MovingMesh, ready: Ready) -> Matrices:
+    def of(cls, system: AncfSystem, ready: Ready) -> Matrices:
         """Matrices of a mesh alone."""
         pattern = system.pattern
         fixed, mass = system.fixed.reshape(-1, pattern.size), system.inertia(system.start, pattern)
@@ -84,13 +83,12 @@ class Matrices(NamedTuple):
 
 
 def coordinates_of(
-    system: MovingMesh, matrices: Matrices, further: tuple[ElementGroup, ...] = (), low_rank: np.ndarray | None = None
+    system: AncfSystem, matrices: Matrices, low_rank: np.ndarray | None = None
 ) -> tuple[Coordinates, list[np.ndarray]]:
-    """Model of the coordinates of a system, and all arrays whose addresses the model contains.
-
-    `further` are groups besides those of the mesh, and `low_rank` is the table of a part of low rank.
+    """Model of the coordinates of a system, and all arrays whose addresses the model contains; `low_rank` is the table of a
+    part of low rank.
     """
-    groups = (*system.mesh.groups, *further)
+    groups = system.groups
     pattern, known, factors, fixed, mass, full_mass, all_slots = matrices
     loading, n = system.loading, system.nu
     p = pattern_arrays(pattern, known)
@@ -120,7 +118,7 @@ def coordinates_of(
         all_kernels = (*group.kernels, *(_none,) * (len(row) - len(group.kernels)))
         row[:] = [Pointer(one, table, tables[-1], 0.0).address for one in all_kernels]
     accepting, accept_tables = [], []
-    accepted = [(group.accept, group.table) for group in further if group.accept is not None]
+    accepted = [(group.accept, group.table) for group in groups if group.accept is not None]
     for one, held in (*system.accepting(), *accepted):
         flat += held
         accept_tables.append(address_table(held))
@@ -155,7 +153,7 @@ def _held(fixed: np.ndarray, pattern: BlockPattern) -> tuple[np.ndarray, np.ndar
     return np.flatnonzero(marked == 0.0), np.flatnonzero(marked == 2.0)
 
 
-def _moved(system: MovingMesh) -> Moved:
+def _moved(system: AncfSystem) -> Moved:
     motions = system.loading.motions
     numbers = [np.full(len(motion.coordinates), k) for k, motion in enumerate(motions)]
     none: list[Any] = [np.zeros(0)]

@@ -14,7 +14,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fsm.model.nodes.facets.crease_line import CreaseLineGroup
+from fsm.model.nodes.facets.crease_line import crease_line
+from fsm.model.nodes.facets.folds import FoldGroup
 from fsm.model.nodes.films.film import FilmMaterial, MembraneGroup, film_mass
 from fsm.model.nodes.group import MassPart
 from fsm.model.nodes.mesh import Mesh
@@ -127,7 +128,7 @@ def _slopes(strip: DeployedStrip, place: np.ndarray, folds: list[int]) -> tuple[
 
 def _crease_lines(
     strip: DeployedStrip, grid: FilmGrid, folds: list[int], before: np.ndarray, behind: np.ndarray, viscosity: float
-) -> CreaseLineGroup:
+) -> FoldGroup:
     """Springs of all creases, distributed over the nodes of their lines."""
     gaps = np.diff(grid.y) / (grid.y[-1] - grid.y[0])
     share = 0.5 * (np.append(gaps, 0.0) + np.insert(gaps, 0, 0.0))
@@ -137,7 +138,7 @@ def _crease_lines(
     turn = np.array([_turn(before[i], behind[i], strip.across) for i in folds])
     stiffness = np.array([crease.stiffness for crease in strip.creases])
     count = len(share)
-    return CreaseLineGroup(
+    return crease_line(
         vectors, np.outer(stiffness, share).ravel(), np.repeat(free, count), np.repeat(turn, count), viscosity
     )
 
