@@ -18,6 +18,7 @@ from fsm.case.models.scene import ForceElement, Scene
 from fsm.case.plan.method_selection import solve_of
 from fsm.case.plan.start import start_of
 from fsm.case.plan.step_items import loads_of, with_paths_of_steps
+from fsm.check.array import describe_array
 from fsm.check.contact import (
     approximations_of_contact,
     approximations_of_friction,
@@ -28,6 +29,7 @@ from fsm.check.contact import (
 )
 from fsm.check.drive import drive_of_strip_lines, drives_line, pulled_beyond_length
 from fsm.check.facets import pressure_line
+from fsm.check.film import describe_film
 from fsm.check.flexible import approximations_of_films, beam_lines, cable_lines, film_lines, truss_lines
 from fsm.check.gas import gas_lines
 from fsm.check.joints import joint_lines, margin_lines, margin_warnings
@@ -49,7 +51,7 @@ from fsm.text.report_text import count, labelled, triple
 from fsm.text.shown_units import shown, shown_points
 
 
-def describe(case: Case, source: str = "") -> list[str]:
+def describe_segments(case: Case, source: str = "") -> list[str]:
     """Lines of the report: the model, the parts left out with the reason, and the approximations.
 
     Parameters
@@ -422,3 +424,27 @@ _SECTIONS: tuple[tuple[str, Callable[[CheckContext], Iterator[str]]], ...] = (
     ("approximate", _approximations),
     ("warning", _warnings),
 )
+
+
+def describe(case: Case) -> list[str]:
+    """Lines of the report: the model, the parts left out with the reason, and the approximations.
+
+    Raises
+    ------
+    CaseError
+        All faults that can be found without compilation.
+    """
+    kinds = {"deploy": describe_segments, "vibrate": describe_film, "scissor": describe_array}
+    lines = [line for step in case.steps for line in kinds[step](case)]
+    if case.extensions:
+        files = ", ".join(name.partition("#")[0] for name in case.extensions)
+        lines = labelled([("extensions", lambda _: [f"{files} (Python code, executed with the case)"])], case) + lines
+    if case.save.channels or case.report:
+        from fsm.channels.sample import channel_lines  # this module imports numba, which other cases do not need
+
+        lines += labelled([("channels", channel_lines)], case)
+    if case.event:
+        from fsm.channels.conditions import event_lines
+
+        lines += labelled([("events", event_lines)], case)
+    return lines

@@ -20,7 +20,7 @@ from fsm.builders.patterns.flexible_mesh import flexible_mesh
 from fsm.cli.command_line import cli
 from fsm.results.all_channels import all_channels
 from fsm.views.exporters import EXPORTERS, export
-from fsm.views.exporters.mesh import Mesh, mesh_of
+from fsm.views.plots.mesh import Mesh, mesh_of
 
 ROOT = Path(__file__).parents[2]
 CASES = {

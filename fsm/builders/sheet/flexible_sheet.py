@@ -15,11 +15,11 @@ from fsm.builders.patterns.flexible_mesh import flexible_mesh
 from fsm.builders.patterns.mesh_places import MeshPlace, mesh_place, mirrored_place
 from fsm.builders.patterns.of_sheet import pattern_of
 from fsm.builders.sheet.beside_sheet import frame_of_mesh
-from fsm.builders.sheet.flexible_loads import load_parts, place_points, pressed_facets
 from fsm.builders.sheet.sheet_contact import contact_of_nodes
 from fsm.builders.sheet.sheet_folding import Folds, facet_damping
 from fsm.builders.sheet.sheet_gas import with_gas
 from fsm.builders.sheet.sheet_joints import sheet_joints
+from fsm.builders.sheet.sheet_loads import load_parts, place_points, pressed_facets
 from fsm.case.derived.frame_bodies import quaternion_matrix
 from fsm.case.models.case import Case
 from fsm.case.models.facet_mesh import FacetMesh, MeshPoint

@@ -8,16 +8,16 @@ direction), z normal to it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, PrivateAttr, ValidationInfo, field_validator
+from pydantic import Field, PrivateAttr
 
-from fsm.case.models.added_laws import check_element_law, check_parameters, with_parameters
 from fsm.case.models.contact import Contact, Friction
 from fsm.case.models.cord import SceneCord
 from fsm.case.models.coupling import SceneCoupling
 from fsm.case.models.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, SceneSeam
 from fsm.case.models.joint import SceneJoint
+from fsm.case.models.law_keys import LawSection
 from fsm.case.models.loads import Drive, Load
 from fsm.case.models.materials import Crease
 from fsm.case.models.obstacle import Obstacle
@@ -42,7 +42,7 @@ from fsm.case.schema.units import (
     Stiffness,
     Unit,
 )
-from fsm.registry import ELEMENT_LAWS, geometries
+from fsm.registry import ELEMENT_LAWS, AddedLaw, geometries
 
 if TYPE_CHECKING:
     from fsm.case.models.chambers import Chamber, PanelSurface
@@ -104,7 +104,7 @@ class Body(Model):
     )
 
 
-class ForceElement(Model):
+class ForceElement(LawSection):
     """Force element with six springs and dampers between two bodies (Li and Huang, 2025, eqs. 1 to 14; docs/theory.md).
 
     The element acts between P+ on the inner body and P- on the outer body. The translation is Z = B_b^T A_b^T (p_a - p_b),
@@ -203,26 +203,14 @@ class ForceElement(Model):
     parameters: dict[str, Any] | None = Field(default=None, description="parameters of this law")
 
     @classmethod
-    def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:
-        """Element with an empty section for the parameters of its law, so that missing parameters are found; see
-        `Model`.
-        """
-        return with_parameters(written, written.get("law"), ELEMENT_LAWS)
+    def added(cls, name: object) -> Mapping[str, AddedLaw]:
+        """See `LawSection`."""
+        return ELEMENT_LAWS
 
     @property
     def twist_stiffness(self) -> float:
         """Stiffness of the linear spring about e2, with the half segments in series, N m/rad."""
         return self.rotation[1] / (1.0 + self.rotation[1] * self.crease_flexibility)
-
-    @field_validator("law", mode="before")
-    @classmethod
-    def _known(cls, value: Any) -> Any:
-        return check_element_law(value, ELEMENT_LAWS)
-
-    @field_validator("parameters", mode="before")
-    @classmethod
-    def _of_law(cls, value: Any, info: ValidationInfo) -> Any:
-        return check_parameters(value, info.data.get("law"), ELEMENT_LAWS, info)
 
 
 class Surface(Model):
@@ -247,13 +235,15 @@ class PlateGroup(Model):
     )
 
 
-class ContactPair(Model):
+class ContactPair(LawSection):
     """Pair of objects with contact: surfaces, bodies with a plate or groups of these, and an obstacle on at most one side;
     or two bodies with a geometry of an extension.
 
     Contact of a surface with a plate, a group or an obstacle uses the rigid plates of the surface. Every plate of a group
     has contact with the other side. In a pair of a group with itself, every plate has contact with every other plate.
     """
+
+    chosen_by: ClassVar[str] = "geometry"
 
     first: str = Field(
         description="first side: a surface, a body with a plate, a group, a film, a cable, a beam, or an obstacle"
@@ -276,19 +266,9 @@ class ContactPair(Model):
     parameters: dict[str, Any] | None = Field(default=None, description="parameters of this geometry")
 
     @classmethod
-    def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:
-        """Pair with an empty section for the parameters of its geometry, so that missing ones are found; see `Model`."""
-        return with_parameters(written, written.get("geometry"), geometries(written.get("geometry")))
-
-    @field_validator("geometry", mode="before")
-    @classmethod
-    def _known(cls, value: Any) -> Any:
-        return check_element_law(value, geometries(value))
-
-    @field_validator("parameters", mode="before")
-    @classmethod
-    def _of_geometry(cls, value: Any, info: ValidationInfo) -> Any:
-        return check_parameters(value, info.data.get("geometry"), geometries(info.data.get("geometry")), info, "geometry")
+    def added(cls, name: object) -> Mapping[str, AddedLaw]:
+        """See `LawSection`."""
+        return geometries(name)
 
 
 class Scene(Model):

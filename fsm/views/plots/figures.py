@@ -47,7 +47,7 @@ _ALL: dict[str, Plot] = {
     "rigid.png": _later("scissor", "plot_rigid"),
     "synchronism.png": _later("scissor", "plot_synchronism"),
     "stress.png": _later("scissor", "plot_stress"),
-    "motion.gif": _later("animation", "animate"),
+    "motion.gif": _later("movie", "write_gif"),
 }
 
 

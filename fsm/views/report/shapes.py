@@ -12,7 +12,7 @@ from fsm.errors import CaseError
 from fsm.results.film import Floats, Integers
 from fsm.results.solution import BEAM, FILM, JOINT_AXIS, LINE, LINK, Solution
 from fsm.views.plots.obstacles import obstacle_outlines
-from fsm.views.plots.plane import lattice_squares
+from fsm.views.plots.parts import lattice_squares
 from fsm.views.report.packing import pack_floats, pack_integers, pack_levels
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from fsm.results.all_channels import all_channels
 from fsm.results.film import Floats, Integers
 from fsm.results.solution import BEAM, FILM, JOINT_AXIS, LINE, LINK, Solution
 from fsm.text.short_repr import ShortRepr
-from fsm.views.plots.plane import lattice_squares
+from fsm.views.plots.parts import lattice_squares
 
 _SAME = 1e-9
 """Distance of nodes of a film that are one node, relative to the size of the structure."""
