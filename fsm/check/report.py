@@ -51,34 +51,22 @@ from fsm.text.report_text import count, labelled, triple
 from fsm.text.shown_units import shown, shown_points
 
 
-def describe_segments(case: Case, source: str = "") -> list[str]:
-    """Lines of the report: the model, the parts left out with the reason, and the approximations.
-
-    Parameters
-    ----------
-    case : Case
-    source : str
-        Name of the case file, for messages.
-
-    Raises
-    ------
-    CaseError
-        All faults of the scene, and panels that overlap as folded.
-    """
+def _describe_segments(case: Case) -> list[str]:
+    """Lines on a deployment; raises all faults of the scene, and panels that overlap as folded."""
     scene = build_scene(case)
     steep = crease_faults(scene, case.strip is not None)
     checked = _once_driven(scene) if case.step else scene
     faults = check_scene(checked) or [*steep, *_overlaps(case, scene), *_endless(case, scene)]
     if faults:
-        raise CaseError(with_paths_of_steps(case, faults), source)
+        raise CaseError(with_paths_of_steps(case, faults))
     plan = plan_of(case, scene) if case.step else None  # the faults of the plan have the paths of the steps
     faults = list(gas_faults(case, scene, plan))
     if faults:
-        raise CaseError(faults, source)
+        raise CaseError(faults)
     view = CheckContext(case, scene, plan or plan_of(case, scene))
     faults = list(_opened(view))
     if faults:
-        raise CaseError(faults, source)
+        raise CaseError(faults)
     return labelled(_SECTIONS, view)
 
 
@@ -434,7 +422,7 @@ def describe(case: Case) -> list[str]:
     CaseError
         All faults that can be found without compilation.
     """
-    kinds = {"deploy": describe_segments, "vibrate": describe_film, "scissor": describe_array}
+    kinds = {"deploy": _describe_segments, "vibrate": describe_film, "scissor": describe_array}
     lines = [line for step in case.steps for line in kinds[step](case)]
     if case.extensions:
         files = ", ".join(name.partition("#")[0] for name in case.extensions)

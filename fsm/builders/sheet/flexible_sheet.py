@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fsm.builders.patterns.booms import seam_angle
 from fsm.builders.patterns.chamber import SheetSurface
 from fsm.builders.patterns.cuts import facets_across_cuts
 from fsm.builders.patterns.facets import quaternions
 from fsm.builders.patterns.flexible_mesh import flexible_mesh
 from fsm.builders.patterns.mesh_places import MeshPlace, mesh_place, mirrored_place
 from fsm.builders.patterns.of_sheet import pattern_of
+from fsm.builders.patterns.plates import seam_angle
 from fsm.builders.sheet.beside_sheet import frame_of_mesh
 from fsm.builders.sheet.sheet_contact import contact_of_nodes
 from fsm.builders.sheet.sheet_folding import Folds, facet_damping

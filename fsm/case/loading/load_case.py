@@ -16,7 +16,7 @@ from fsm.case.loading.data_files import with_files
 from fsm.case.loading.overrides import Given, apply_overrides, split_override
 from fsm.case.loading.toml_file import read_toml
 from fsm.case.loading.toml_text import case_text
-from fsm.case.models.case import Analysis, Case, contact_of_strip
+from fsm.case.models.case import Analysis, Case, contact_of_strip, root
 from fsm.case.models.scene import Scene
 from fsm.case.models.solve import Solve
 from fsm.case.schema.faults import MOST_UNKNOWN, faults_of, unknown_key
@@ -265,9 +265,7 @@ def _event_faults(valid: Mapping[str, Any], system: str) -> list[Fault]:
     return list(event_faults(tuple(events.values()), scene, system))
 
 
-_LISTS = (
-    "drive", "load", "margin", "gas", "orifice", "step", "event", "obstacle", "patch", "cable", "support", "hold", "force",
-)  # fmt: skip
+_LISTS = tuple(name for name in Case.model_fields if (place := root({}).step(name)) and place.is_list_of_sections())
 """Sections that may appear several times."""
 
 

@@ -36,7 +36,7 @@ _ALL: dict[str, tuple[Plot, Callable[[Solution], bool]]] = {
         _later("channels", "plot_report"),
         lambda run: len(run) > 1 and bool(run.summary.get("report") or run.summary.get("reactions")),
     ),
-    "margin.png": (_later("margin", "plot_margin"), lambda run: bool(run.summary.get("margins"))),
+    "margin.png": (_later("channels", "plot_margin"), lambda run: bool(run.summary.get("margins"))),
     "force.png": (_later("force", "plot_force"), lambda run: bool(run.travel.shape[1])),
     "load.png": (_later("load", "plot_load"), lambda run: run.load_path is not None and bool(run.load_path.names)),
     "motion.png": (_later("motion", "plot_motion"), lambda run: not _is_film(run) and run.shape.size > 0),
