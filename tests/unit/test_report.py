@@ -301,7 +301,7 @@ def test_refuses_what_a_run_refuses(contact: dict[str, Any] | None, angle: str) 
     outcomes = []
     for examine in (describe, compile_case):
         try:
-            examine(case, "case.toml")
+            examine(case)
             outcomes.append([])
         except CaseError as error:
             outcomes.append(error.lines())
