@@ -121,7 +121,7 @@ class _FlexibleBuilder:
         surface = SheetSurface(
             mesh.positions, mesh.owner[mesh.triangles], facet, held, groups, mesh.owner[mesh.vertices], across
         )
-        scene = scene.with_facets(self.facets).with_touching(touching).with_across_cuts(across)
+        scene = scene.with_parts(facets=self.facets, touching=touching, across_cuts=across)
         return with_gas(self.case, scene, surface)
 
     def _touching(self) -> TouchingSheet | None:

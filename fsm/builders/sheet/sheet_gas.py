@@ -132,7 +132,7 @@ def with_gas_of_panels(
         tuple(scene.bodies[number].name for number in owner), frames.local(owner, corners), corners,
         tuple(one for one, _ in closed), tuple(lids for _, lids in closed), folds,
     )  # fmt: skip
-    return scene.with_chambers(scene.chambers, scene.orifices, surface)
+    return scene.with_parts(panels_of_gas=surface)
 
 
 def _beside(pattern: Pattern, panel: int, edge: int) -> int:
@@ -168,7 +168,7 @@ def with_gas(case: Case, scene: Scene, surface: SheetSurface) -> Scene:
         if orifice.crease is not None and orifice.crease not in names:
             known = f'the sheet has "{names[0]}" to "{names[-1]}"' if names else "the sheet has no creases"
             raise CaseError(Fault(f"orifice.{number}.crease", f'there is no "{orifice.crease}"; {known}'))
-    return scene.with_chambers(tuple(chambers), case.orifice)
+    return scene.with_parts(chambers=tuple(chambers), orifices=case.orifice)
 
 
 def _in_time(case: Case, gas: Gas) -> Gas:

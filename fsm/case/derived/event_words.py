@@ -225,4 +225,4 @@ def with_events(scene: Scene, events: tuple[Event, ...], system: str) -> Scene:
     )
     bodies = tuple(body.model_copy(update={"held": False}) if body in released else body for body in scene.bodies)
     scene = scene.model_copy(update={"bodies": bodies, "joints": (*scene.joints, *joints)})
-    return scene.with_actions(tuple(tuple(action_of(text, scene, system) for text in event.do) for event in events))
+    return scene.with_parts(actions=tuple(tuple(action_of(text, scene, system) for text in event.do) for event in events))

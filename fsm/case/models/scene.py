@@ -8,7 +8,7 @@ direction), z normal to it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypedDict, Unpack
 
 from pydantic import Field, PrivateAttr
 
@@ -271,6 +271,19 @@ class ContactPair(LawSection):
         return geometries(name)
 
 
+class BuiltParts(TypedDict, total=False):
+    """Parts of a scene that only builders give; see the properties of `Scene`."""
+
+    facets: FlexibleFacets
+    folds: FoldData
+    touching: TouchingSheet | None
+    across_cuts: tuple[tuple[int, int], ...]
+    actions: tuple[tuple[Any, ...], ...]
+    chambers: tuple[Chamber, ...]
+    orifices: tuple[Orifice, ...]
+    panels_of_gas: PanelSurface | None
+
+
 class Scene(Model):
     """Complete model before compilation; see the module docstring for conventions."""
 
@@ -321,60 +334,37 @@ class Scene(Model):
         """Whether there are parts with nodes: films, cables, beams, trusses or flexible facets."""
         return bool(self.films or self.cables or self.beams or self.trusses) or self._facets is not None
 
+    def with_parts(self, **parts: Unpack[BuiltParts]) -> Scene:
+        """Copy of the scene with parts that only builders give."""
+        scene = self.model_copy()
+        for name, part in parts.items():
+            setattr(scene, f"_{name}", part)
+        return scene
+
     @property
     def facets(self) -> FlexibleFacets | None:
         """Flexible facets of a sheet; only the builder of a sheet gives them."""
         return self._facets
-
-    def with_facets(self, facets: FlexibleFacets) -> Scene:
-        """Copy of the scene with flexible facets."""
-        scene = self.model_copy()
-        scene._facets = facets
-        return scene
 
     @property
     def folds(self) -> FoldData | None:
         """Folds of the truss of a sheet of bars, instead of its linear springs; only the builder of a sheet gives them."""
         return self._folds
 
-    def with_folds(self, folds: FoldData) -> Scene:
-        """Copy of the scene with the folds of its truss."""
-        scene = self.model_copy()
-        scene._folds = folds
-        return scene
-
     @property
     def touching(self) -> TouchingSheet | None:
         """Surface of a sheet with contact; only the builder of a sheet gives it."""
         return self._touching
-
-    def with_touching(self, surface: TouchingSheet | None) -> Scene:
-        """Copy of the scene with the surface of a sheet for contact."""
-        scene = self.model_copy()
-        scene._touching = surface
-        return scene
 
     @property
     def across_cuts(self) -> tuple[tuple[int, int], ...]:
         """Pairs of facets of a sheet across a cut, which have no contact where they touch at the start; numbers from 0."""
         return self._across_cuts
 
-    def with_across_cuts(self, pairs: tuple[tuple[int, int], ...]) -> Scene:
-        """Copy of the scene with the pairs of facets across the cuts of its sheet."""
-        scene = self.model_copy()
-        scene._across_cuts = pairs
-        return scene
-
     @property
     def actions(self) -> tuple[tuple[Any, ...], ...]:
         """Actions of all events (`fsm.case.derived.event_words.Action`)."""
         return self._actions
-
-    def with_actions(self, actions: tuple[tuple[Any, ...], ...]) -> Scene:
-        """Copy of the scene with the actions of all events."""
-        scene = self.model_copy()
-        scene._actions = actions
-        return scene
 
     @property
     def chambers(self) -> tuple[Chamber, ...]:
@@ -390,11 +380,3 @@ class Scene(Model):
     def panels_of_gas(self) -> PanelSurface | None:
         """Closed surfaces of rigid panels around the chambers; None if the sheet has nodes."""
         return self._panels_of_gas
-
-    def with_chambers(
-        self, chambers: tuple[Chamber, ...], orifices: tuple[Orifice, ...], panels: PanelSurface | None = None
-    ) -> Scene:
-        """Copy of the scene with chambers of gas."""
-        scene = self.model_copy()
-        scene._chambers, scene._orifices, scene._panels_of_gas = chambers, orifices, panels
-        return scene
