@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cache
 from typing import Any, ClassVar, Final, NamedTuple, NoReturn
 
 from pydantic import ValidationError, ValidationInfo, field_validator
@@ -44,8 +45,10 @@ class LawSection(Model):
         """Section with `MISSING` for required keys that are missing, and with an empty section for missing parameters, so
         that the validation reports those; see `Model`.
         """
-        law = written.get(cls.chosen_by, cls.model_fields[cls.chosen_by].default)
-        needed = cls.laws[law].needed if isinstance(law, str) and law in cls.laws else ()
+        law = written.get(cls.chosen_by, _default(cls))
+        if not isinstance(law, str):
+            return dict(written)
+        needed = cls.laws[law].needed if law in cls.laws else ()
         empty = {} if _added(cls, law) is None else {"parameters": {}}
         return {**dict.fromkeys(needed, MISSING), **empty, **written}
 
@@ -53,8 +56,7 @@ class LawSection(Model):
     @classmethod
     def _known(cls, value: Any, info: ValidationInfo) -> Any:
         """Name of a law; an unknown name raises an error that lists all names."""
-        field = cls.model_fields[cls.chosen_by]
-        if info.field_name != cls.chosen_by or (value is None and field.default is None):
+        if info.field_name != cls.chosen_by or (value is None and _default(cls) is None):
             return value
         names = [*cls.laws, *cls.added(value)]
         if not names:
@@ -90,6 +92,12 @@ class LawSection(Model):
             return {key: value for key, value in data.items() if key in self.model_fields_set}
         of_laws = {key for keys in self.laws.values() for key in _keys(keys)}
         return {key: value for key, value in data.items() if key not in of_laws or key in _keys(self.laws[law])}
+
+
+@cache
+def _default(section: type[LawSection]) -> object:
+    """Law of a section that names none."""
+    return section.model_fields[section.chosen_by].default
 
 
 def _added(section: type[LawSection], law: object) -> Any:
