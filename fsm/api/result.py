@@ -1,4 +1,4 @@
-"""Results in Python: summary, force curve, channels, tables and figures."""
+"""Results in Python: summary, force curve, channels with their times, tables of xarray and pandas, and figures."""
 
 from __future__ import annotations
 

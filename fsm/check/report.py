@@ -1,4 +1,7 @@
-"""Report of `fsm check` for a deployment: the model, the parts left out, and the approximations; nothing is compiled."""
+"""Report of `fsm check`: the model, the parts left out, and the approximations.
+
+A case is compiled only if it records channels or has events; kernels are never compiled.
+"""
 
 from __future__ import annotations
 

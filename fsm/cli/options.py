@@ -1,4 +1,4 @@
-"""Options and functions that commands share."""
+"""Options and functions that commands share, and their group: errors become lines and exit codes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,11 @@
-"""Chambers of gas of a sheet."""
+"""Chambers of gas of a sheet, and closed surfaces of rigid panels around them.
+
+Panels have separate corners, because the springs of the joints let panels separate slightly. A chamber is bounded by its
+panels, by a strip between the two sides of each joint, and by a polygon between the corners at each vertex. This surface is
+closed at any positions of the panels. The gradient of its volume is therefore the exact force of a unit pressure: the area
+of each flat panel along its normal, at its centroid, and a force in proportion to the area of the strips on both sides of
+each joint.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Loads on places of a sheet, as loads on its facets or on frames at its vertices."""
+"""Loads on places of a sheet, as loads on facets, on frames at vertices, or on frames of the mesh of flexible facets."""
 
 from __future__ import annotations
 

@@ -24,6 +24,8 @@ from fsm.library import Entry, entries
 from fsm.registry import BUILDERS, CONTACT_LAWS, COUPLINGS, ELEMENT_LAWS, FRICTION_LAWS, GEOMETRIES, POINT_KINDS
 from fsm.text.shown_units import shown, shown_range
 
+FILES: dict[str, type[Model]] = {"study": StudyFile, "optimise": OptimiseFile}
+"""Models of the files, by the names of their commands, which are also the names of their pages of help."""
 _WITH_PARTS = "scene.joints", "scene.springs", "scene.cords", "wing.hinge", "wing.root"
 """Sections whose pages list the keys of their parts."""
 _NAMES = {str: "text", bool: "true or false", int: "whole number", float: "number", dict: "section"}
@@ -196,7 +198,3 @@ def _entry_lines(entry: Entry) -> Iterator[str]:
 def length_text(length: float | str) -> str:
     """A length (m) of an entry with a suitable unit, or the words in its place."""
     return length if isinstance(length, str) else shown(length, "m")
-
-
-FILES: dict[str, type[Model]] = {"study": StudyFile, "optimise": OptimiseFile}
-"""Models of the files, by the names of their commands, which are also the names of their pages of help."""

@@ -25,6 +25,16 @@ from fsm.errors import CaseError, Fault
 from fsm.registry import BUILDERS, load_extensions
 from fsm.text.short_repr import ShortRepr
 
+SUMMARY_NUMBERS = (
+    "peak_force", "peak_travel", "dynamic_peak_force", "dynamic_peak_travel", "largest_magnitude",
+    "largest_magnitude_travel", "final_travel", "final_force", "contact_travel", "contact_force", "bending_travel",
+    "bending_force", "dof", "steps", "newton_iterations", "energy_error", "unstable_equilibria", "wall_time_s",
+    "frequency_hz", "frequency_fft_hz", "frequency_resolution_hz", "decay_rate", "damping_ratio", "amplitude_center",
+    "amplitude_patch",
+)  # fmt: skip
+"""Numbers of a summary, which are the keys of `[expect]`."""
+_MOST_UNEXPECTED = 10
+"""Largest number of messages about `[expect]`."""
 _MOST_ITEMS = 20
 """Number of faulty items in a list of sections after which the remaining items are not checked."""
 _MOST_FAULTS = 50
@@ -324,16 +334,6 @@ def _stages(data: Mapping[str, Any], valid: Mapping[str, Any]) -> tuple[Analysis
         return stages or ()
     chosen: Analysis | None = valid["analysis"] if "analysis" in data else "deploy"
     return (chosen,) if chosen else ()
-
-
-SUMMARY_NUMBERS = (
-    "peak_force", "peak_travel", "dynamic_peak_force", "dynamic_peak_travel", "largest_magnitude",
-    "largest_magnitude_travel", "final_travel", "final_force", "contact_travel", "contact_force", "bending_travel",
-    "bending_force", "dof", "steps", "newton_iterations", "energy_error", "unstable_equilibria", "wall_time_s",
-    "frequency_hz", "frequency_fft_hz", "frequency_resolution_hz", "decay_rate", "damping_ratio", "amplitude_center",
-    "amplitude_patch",
-)  # fmt: skip
-_MOST_UNEXPECTED = 10
 
 
 def expectation_faults(names: Iterable[str]) -> list[Fault]:

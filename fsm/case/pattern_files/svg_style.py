@@ -1,4 +1,7 @@
-"""Style of the elements of an SVG file, in the order of CSS, and the letter of the crease pattern that a colour means."""
+"""Style of the elements of an SVG file, in the order of CSS, and the letter of the crease pattern that a colour means.
+
+Style sheets are read and matched by tinycss2 and cssselect2.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures of calibrations: curves with data and bands, residuals, hysteresis loops."""
+"""Figures of calibrations: curves with data and bands, residuals, hysteresis loops, tests of forces with their fit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Channels of a result over travel or time, one diagram for each unit."""
+"""Channels of a result over travel or time, one diagram for each unit; those of `report`, and motorisation margins."""
 
 from __future__ import annotations
 

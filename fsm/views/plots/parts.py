@@ -1,4 +1,4 @@
-"""Colours and names of the parts of a structure, and the outlines of their facets."""
+"""Colours and names of the parts of a structure, outlines of their facets, and squares of a lattice in their plane."""
 
 from __future__ import annotations
 
