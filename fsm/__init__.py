@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from fsm.api.case import open_result as open
     from fsm.api.model import Model
     from fsm.api.picture import Picture
-    from fsm.api.result import Curve
-    from fsm.api.series import Series
+    from fsm.api.result import Curve, Series
     from fsm.case.loading.load_case import LoadedCase, load_case
     from fsm.case.loading.table import TableCase, load_table
     from fsm.case.models.case import Expect, Release, Strip
@@ -59,8 +58,7 @@ _MODULES = {
     "fsm.api.case": ("Case", "CaseCheck", "Result", "load", "open"),
     "fsm.api.model": ("Model",),
     "fsm.api.picture": ("Picture",),
-    "fsm.api.result": ("Curve",),
-    "fsm.api.series": ("Series",),
+    "fsm.api.result": ("Curve", "Series"),
     "fsm.errors": (
         "CannotWrite", "CaseError", "EnergyAbort", "ExpectationFailed", "Fault", "FsmError", "NotConverged", "NotInResult",
     ),

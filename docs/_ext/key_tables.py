@@ -10,8 +10,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from fsm.case.loading.key_help import FILES
 from fsm.case.models.case import root
-from fsm.case.models.study_files import FILES
 from fsm.case.schema.key_facts import facts_of, section_of
 from fsm.case.schema.schema import Place
 

@@ -177,7 +177,7 @@ class Case:
         CaseError
             Faults that are found only when the model is compiled.
         """
-        from fsm.check.describe import describe
+        from fsm.check.report import describe
 
         try:
             return CaseCheck(tuple(describe(self.model)))

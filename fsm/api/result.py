@@ -1,9 +1,9 @@
-"""Results in Python: summary, force curve, channels, tables and figures."""
+"""Results in Python: summary, force curve, channels with their times, tables of xarray and pandas, and figures."""
 
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from fnmatch import fnmatchcase
 from functools import cached_property
 from html import escape
@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
 
-from fsm.api.series import Series
-from fsm.api.tables import to_pandas, to_xarray
 from fsm.errors import NotInResult
+from fsm.io.optional import optional_module
 from fsm.results.all_channels import all_channels
 from fsm.results.channel import Channel, select_channels
 from fsm.results.solution import Solution
@@ -277,3 +277,140 @@ class Results:
             parts.append("unfinished run")
         count = len(summary.get("warnings", ()))
         return [*parts, *([f"{count} warning{'s' if count > 1 else ''}"] if count else [])]
+
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+
+def to_xarray(solution: Solution) -> xarray.Dataset:
+    """All channels and the shape over time.
+
+    Returns
+    -------
+    xarray.Dataset
+        One variable for each channel, and ``shape`` (time, plate, corner, axis), m. Variables have the attributes `units`
+        and `long_name`. Dimensions have their labels or coordinates.
+
+    Raises
+    ------
+    CaseError
+        The package xarray is not installed.
+    """
+    xr = optional_module("xarray", "to_xarray", "tables")
+    variables: dict[str, Any] = {}
+    coordinates: dict[str, Any] = {"time": ("time", solution.time, {"units": "s", "long_name": "time"})}
+    for name, channel in all_channels(solution).items():
+        for dim in channel.info.dims:
+            coordinates[dim.name] = (dim.name, list(dim.labels), {"units": dim.unit, "long_name": dim.text})
+        dims = ("time", *(dim.name for dim in channel.info.dims))
+        variables[name] = (dims, channel.values, {"units": channel.info.unit, "long_name": channel.info.text})
+    if solution.shape.size:
+        text = {"units": "m", "long_name": "corner points of the plates"}
+        variables["shape"] = (("time", "plate", "corner", "axis"), solution.shape, text)
+        coordinates["axis"] = ("axis", ["x", "y", "z"], {"units": "1", "long_name": "inertial axis"})
+        coordinates["panel"] = ("plate", solution.layout.panel, {"units": "1", "long_name": "panel of the plate"})
+    title = solution.layout.case.get("title", "")
+    return xr.Dataset(variables, coordinates, {"title": title, **_plain(solution.summary)})
+
+
+def to_pandas(solution: Solution, names: Iterable[str] | None = None) -> pandas.DataFrame:
+    """Channels as columns with the time (s) as index.
+
+    Parameters
+    ----------
+    solution : Solution
+    names : names of channels; None for all
+
+    Returns
+    -------
+    pandas.DataFrame
+        ``attrs["units"]`` has the unit of each column.
+
+    Raises
+    ------
+    CaseError
+        The package pandas is not installed.
+    """
+    pd = optional_module("pandas", "to_pandas", "tables")
+    columns, units = {}, {}
+    channels = all_channels(solution)
+    for name in channels if names is None else names:
+        for label, values in channels[name].columns.items():
+            columns[label], units[label] = values, channels[name].info.unit
+    frame = pd.DataFrame(columns, index=pd.Index(solution.time, name="time (s)"))
+    frame.attrs["units"] = units
+    return frame
+
+
+def _plain(summary: dict[str, Any]) -> dict[str, Any]:
+    """Numbers and texts of a summary, which an attribute can hold."""
+    return {key: value for key, value in summary.items() if isinstance(value, int | float | str | np.number)}
+
+
+class Series(NDArrayOperatorsMixin):
+    """Quantity over time. A series behaves like the array of its values in arithmetic, in NumPy functions and in plots.
+
+    Attributes
+    ----------
+    name : str
+    unit : str
+        SI unit.
+    text : str
+        Description.
+    time : (n,) array, s
+    values : (n, ...) array
+        The first axis is time; the others are those of `dims`.
+    dims : dict
+        Labels or coordinates of the other axes, by name.
+
+    Examples
+    --------
+    >>> import fsm
+    >>> result = fsm.load("folding_cases/rotating_squares/case.toml").set("drive.0.travel", 0.14).run()
+    >>> force = result["drive.1.force"]
+    >>> force.unit, force.values.shape == force.time.shape, bool(force.max() > 0)
+    ('N', True, True)
+    """
+
+    def __init__(self, channel: Channel, time: np.ndarray) -> None:
+        self.name = channel.info.name
+        self.unit = channel.info.unit
+        self.text = channel.info.text
+        self.dims = {dim.name: dim.labels for dim in channel.info.dims}
+        self.time = time
+        self.values = np.asarray(channel.values)
+        self._columns = channel.columns
+
+    @property
+    def columns(self) -> dict[str, np.ndarray]:
+        """Components by label, (n,) each."""
+        return self._columns
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+        return np.array(self.values, dtype=dtype, copy=copy)
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **kwargs: Any) -> Any:
+        plain = [each.values if isinstance(each, Series) else each for each in inputs]
+        return getattr(ufunc, method)(*plain, **kwargs)
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __getitem__(self, index: Any) -> Any:
+        return self.values[index]
+
+    def min(self, axis: int | None = None, out: Any = None) -> Any:
+        """Smallest value; NaN values, which mean no contact, are ignored."""
+        return np.nanmin(self.values, axis=axis, out=out)
+
+    def max(self, axis: int | None = None, out: Any = None) -> Any:
+        """Largest value; NaN values, which mean no contact, are ignored."""
+        return np.nanmax(self.values, axis=axis, out=out)
+
+    def __repr__(self) -> str:
+        shape = " x ".join(map(str, self.values.shape))
+        if not np.isfinite(self.values).any():
+            return f"Series({self.name!r}: {shape} values, {self.unit})"
+        return f"Series({self.name!r}: {shape} values from {self.min():.4g} to {self.max():.4g} {self.unit})"

@@ -15,7 +15,7 @@ def build_scene(case: Case) -> Scene:
     scene = _built(case)
     if not case.event:
         return scene
-    from fsm.case.derived.event_scene import with_events
+    from fsm.case.derived.event_words import with_events
 
     return with_events(scene, case.event, case.units)
 

@@ -28,7 +28,7 @@ from fsm.case.schema.units import to_si
 from fsm.errors import CaseError, Fault
 from fsm.kernels import jit
 from fsm.run.progress import Progress
-from fsm.views.plots.identification import TestPlot, plot_tests
+from fsm.views.plots.calibration import TestPlot, plot_tests
 
 QUANTITIES = {"displacement": "length", "force": "force", "half_band": "force", "repeat": "number"}
 _REWEIGHTINGS, _MIN_VARIANCE = 10, 1e-6

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fsm.case.loading.library_help import length_text
+from fsm.case.loading.key_help import length_text
 from fsm.case.models.case import Case
 from fsm.check.view import CheckContext
 from fsm.library import Entry, entries

@@ -1,4 +1,7 @@
-"""Report of `fsm check` for a deployment: the model, the parts left out, and the approximations; nothing is compiled."""
+"""Report of `fsm check`: the model, the parts left out, and the approximations.
+
+A case is compiled only if it records channels or has events; kernels are never compiled.
+"""
 
 from __future__ import annotations
 
@@ -18,6 +21,7 @@ from fsm.case.models.scene import ForceElement, Scene
 from fsm.case.plan.method_selection import solve_of
 from fsm.case.plan.start import start_of
 from fsm.case.plan.step_items import loads_of, with_paths_of_steps
+from fsm.check.array import describe_array
 from fsm.check.contact import (
     approximations_of_contact,
     approximations_of_friction,
@@ -28,6 +32,7 @@ from fsm.check.contact import (
 )
 from fsm.check.drive import drive_of_strip_lines, drives_line, pulled_beyond_length
 from fsm.check.facets import pressure_line
+from fsm.check.film import describe_film
 from fsm.check.flexible import approximations_of_films, beam_lines, cable_lines, film_lines, truss_lines
 from fsm.check.gas import gas_lines
 from fsm.check.joints import joint_lines, margin_lines, margin_warnings
@@ -49,34 +54,22 @@ from fsm.text.report_text import count, labelled, triple
 from fsm.text.shown_units import shown, shown_points
 
 
-def describe(case: Case, source: str = "") -> list[str]:
-    """Lines of the report: the model, the parts left out with the reason, and the approximations.
-
-    Parameters
-    ----------
-    case : Case
-    source : str
-        Name of the case file, for messages.
-
-    Raises
-    ------
-    CaseError
-        All faults of the scene, and panels that overlap as folded.
-    """
+def _describe_segments(case: Case) -> list[str]:
+    """Lines on a deployment; raises all faults of the scene, and panels that overlap as folded."""
     scene = build_scene(case)
     steep = crease_faults(scene, case.strip is not None)
     checked = _once_driven(scene) if case.step else scene
     faults = check_scene(checked) or [*steep, *_overlaps(case, scene), *_endless(case, scene)]
     if faults:
-        raise CaseError(with_paths_of_steps(case, faults), source)
+        raise CaseError(with_paths_of_steps(case, faults))
     plan = plan_of(case, scene) if case.step else None  # the faults of the plan have the paths of the steps
     faults = list(gas_faults(case, scene, plan))
     if faults:
-        raise CaseError(faults, source)
+        raise CaseError(faults)
     view = CheckContext(case, scene, plan or plan_of(case, scene))
     faults = list(_opened(view))
     if faults:
-        raise CaseError(faults, source)
+        raise CaseError(faults)
     return labelled(_SECTIONS, view)
 
 
@@ -422,3 +415,27 @@ _SECTIONS: tuple[tuple[str, Callable[[CheckContext], Iterator[str]]], ...] = (
     ("approximate", _approximations),
     ("warning", _warnings),
 )
+
+
+def describe(case: Case) -> list[str]:
+    """Lines of the report: the model, the parts left out with the reason, and the approximations.
+
+    Raises
+    ------
+    CaseError
+        All faults that can be found without compilation.
+    """
+    kinds = {"deploy": _describe_segments, "vibrate": describe_film, "scissor": describe_array}
+    lines = [line for step in case.steps for line in kinds[step](case)]
+    if case.extensions:
+        files = ", ".join(name.partition("#")[0] for name in case.extensions)
+        lines = labelled([("extensions", lambda _: [f"{files} (Python code, executed with the case)"])], case) + lines
+    if case.save.channels or case.report:
+        from fsm.channels.sample import channel_lines  # this module imports numba, which other cases do not need
+
+        lines += labelled([("channels", channel_lines)], case)
+    if case.event:
+        from fsm.channels.conditions import event_lines
+
+        lines += labelled([("events", event_lines)], case)
+    return lines

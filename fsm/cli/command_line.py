@@ -13,16 +13,18 @@ import click
 
 from fsm.calibrate.kinds import CALIBRATIONS
 from fsm.cli.export import export
-from fsm.cli.group import Group, end_with, say
 from fsm.cli.help_key import help_key, schema
 from fsm.cli.init import init
 from fsm.cli.options import (
     Command,
+    Group,
     add_source,
     debug_option,
     drawing_options,
+    end_with,
     figure_file,
     out_folder,
+    say,
     set_option,
 )
 from fsm.cli.studies import optimise, sensitivity, solve_for, study
@@ -219,7 +221,7 @@ def check(case: str, out: str | None, overrides: tuple[str, ...], spatial: bool)
     loaded = load_case(case, [*overrides, *_solve_overrides(spatial, None)])
 
     with imports_outside_gc():
-        from fsm.check.describe import describe
+        from fsm.check.report import describe
 
     with add_source(case):
         lines = describe(loaded.case)

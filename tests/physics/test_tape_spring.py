@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import fsm
-from fsm.builders.patterns.booms import boom_mesh
+from fsm.builders.patterns.plates import boom_mesh
 from fsm.case.models.sheet import Sheet
 from fsm.errors import CaseError
 from validation.boom.tape import HUB, NU, RADIUS, STEEL, YOUNG, arm_turns, opening, tape_spring

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from fsm.case.models.case import Case
-from fsm.check.describe import describe
+from fsm.check.report import describe
 
 MATERIAL = {"young": "3 GPa", "poisson": 0.3, "density": 1000.0}
 CREASE = {"stiffness_per_length": 1e-3}

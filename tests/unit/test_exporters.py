@@ -20,7 +20,7 @@ from fsm.builders.patterns.flexible_mesh import flexible_mesh
 from fsm.cli.command_line import cli
 from fsm.results.all_channels import all_channels
 from fsm.views.exporters import EXPORTERS, export
-from fsm.views.exporters.mesh import Mesh, mesh_of
+from fsm.views.plots.mesh import Mesh, mesh_of
 
 ROOT = Path(__file__).parents[2]
 CASES = {
@@ -358,11 +358,11 @@ def test_a_damaged_case_in_a_result_is_one_line(results: dict[str, fsm.Result], 
     result = results["dropped_plates"]
     text = "[scene]\nbodies = [3]\n"
     damaged = replace(result.solution, layout=replace(result.solution.layout, case_text=text))
-    for to in ("vtkhdf", "glb", "inp", "gif"):
-        with pytest.raises(fsm.CaseError, match="the case in this result is damaged") as caught:
-            export(damaged, to, tmp_path / "x")
-        assert len(str(caught.value).splitlines()) == 1
+    with pytest.raises(fsm.CaseError, match="the case in this result is damaged") as caught:
+        export(damaged, "inp", tmp_path / "x")
+    assert len(str(caught.value).splitlines()) == 1
     assert not list(tmp_path.iterdir())
+    export(damaged, "glb", tmp_path / "x")  # names of parts are in the result
 
 
 def test_bodies_without_plates(tmp_path: Path) -> None:

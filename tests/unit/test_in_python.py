@@ -12,7 +12,7 @@ import pytest
 from fsm.analyses.deploy import Deployment
 from fsm.case.loading.load_case import LoadedCase
 from fsm.case.models.case import Case
-from fsm.check.describe import describe
+from fsm.check.report import describe
 from fsm.model.plan.in_python import cost_in_python
 from fsm.run.run_case import run_case
 from fsm.run.summary import _COSTLY

@@ -10,14 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from PIL import ImageDraw
 
 from fsm.builders.scene import build_scene
 from fsm.case.models.case import Case
 from fsm.errors import CaseError
 from fsm.model.compile.compile import compile_scene
 from fsm.results.solution import Solution
-from fsm.views.plots.animation import animate
 from fsm.views.plots.motion import _title, leaves_plane, pick_records, plot_motion
+from fsm.views.plots.movie import write_gif
 from fsm.views.plots.style import rounded
 from tests.unit.plot_runs import (
     CELLS,
@@ -71,18 +72,19 @@ def test_motion_of_a_scissor_array_lies_in_x_and_y(tmp_path: Path, figures: list
     assert set(labels(figures[0])) == {"x (mm)", "y (mm)"}
 
 
-def test_film_of_a_scissor_array_lies_in_x_and_y(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    drawn: list[Figure] = []
+def test_animation_of_a_scissor_array_lies_in_x_and_y(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn, text = list[str](), ImageDraw.ImageDraw.text
 
-    def kept(**options: Any) -> Figure:
-        drawn.append(Figure(**options))
-        return drawn[-1]
+    def kept(draw: ImageDraw.ImageDraw, at: Any, words: str, **options: Any) -> None:
+        drawn.append(words)
+        text(draw, at, words, **options)
 
-    monkeypatch.setattr("fsm.views.plots.animation.Figure", kept)
+    monkeypatch.setattr(ImageDraw.ImageDraw, "text", kept)
     run = strip_run(3)
     run.layout = replace(run.layout, case_text="[scissor]\nunits = 2\n")
-    animate(run, tmp_path / "motion.gif")
-    assert labels(drawn[0]) == ["x (mm)", "y (mm)"]
+    write_gif(run, tmp_path / "motion.gif")
+    assert "x to the right, y upwards" in drawn
+    assert ink(tmp_path / "motion.gif") > 0.001
 
 
 def test_squares_of_a_lattice_are_seen_as_squares(tmp_path: Path, figures: list[Figure]) -> None:

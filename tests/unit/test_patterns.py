@@ -219,6 +219,13 @@ def test_picture_of_a_pattern(tmp_path: Path) -> None:
         draw_sheet(case, tmp_path / "pattern.gif")
 
 
+@pytest.mark.parametrize("kind", ["flexible", "plate", "boom"])
+def test_picture_of_a_mesh(kind: str, tmp_path: Path) -> None:
+    template = Path(__file__).parents[2] / "fsm" / "cli" / "templates" / f"{kind}.toml"
+    draw_sheet(load_case(template).case, tmp_path / "mesh.png")
+    assert (tmp_path / "mesh.png").read_bytes().startswith(b"\x89PNG")
+
+
 def test_conditions_for_folding_at_inner_vertices() -> None:
     """A Miura sheet and a waterbomb sheet fold flat; a moved vertex, other letters or three creases prevent it."""
     for pattern in (miura(4, 4, 1.0, 1.2, 1.1, 0.4), waterbomb(3, 3, 1.0)):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -42,6 +43,55 @@ def test_a_force_by_a_table_has_the_direction_of_its_vector(tmp_path: Path) -> N
     case = load_case(_case(tmp_path, 'speed = 1\ntravel = 1', load)).case
     assert case.load[0].force == (0.0, 0.0, -30.0)
     assert case.load[0].time.value == (0.0, 1.0)
+
+
+CORD = """
+[[scene.cords]]
+name = "cord"
+first = "ground"
+second = "hand"
+at = [0, 0, 1]
+to = [0, 0, 0]
+stiffness = 100
+reel = 0.1
+time = { kind = "table", file = "steps.csv" }
+"""
+MOTOR = """
+[[scene.joints]]
+name = "hinge"
+kind = "revolute"
+first = "ground"
+second = "arm"
+at = [0, 0, 0]
+axis = [0, 1, 0]
+motor = { torque = 1, time = { kind = "table", file = "steps.csv" } }
+"""
+REST = """
+[[scene.elements]]
+name = "actuator"
+inner = "arm"
+outer = "hand"
+rotation = [0, 1, 0]
+rest_turn = 1
+rest_time = { kind = "table", file = "steps.csv" }
+"""
+
+
+@pytest.mark.parametrize(
+    ("part", "place"),
+    [(CORD, "cords.0.time"), (MOTOR, "joints.0.motor.time"), (REST, "elements.1.rest_time")],
+    ids=["cord", "motor", "rest angle"],
+)
+def test_a_table_in_a_file_is_read_wherever_a_function_of_time_is(tmp_path: Path, part: str, place: str) -> None:
+    (tmp_path / "steps.csv").write_text("time (s), value\n0, 0\n2, 1\n", encoding="utf-8")
+    case = load_case(_case(tmp_path, "travel = 1\nspeed = 1", part)).case
+    here: Any = case.scene
+    for key in place.split("."):
+        here = here[int(key)] if key.isdigit() else getattr(here, key)
+    assert (here.time, here.value, here.file) == ((0.0, 2.0), (0.0, 1.0), None)
+    (tmp_path / "steps.csv").unlink()
+    with pytest.raises(CaseError, match=f"scene.{place}.file: cannot read"):
+        load_case(_case(tmp_path, "travel = 1\nspeed = 1", part))
 
 
 MISTAKES = (

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import fsm
-from fsm.api import calibration, picture, result, series
+from fsm.api import calibration, picture, result
 from fsm.api import case as cases
 from fsm.api import model as models
 
@@ -238,7 +238,7 @@ READ_ONLY = {"Channel", "ChannelInfo", "Dim", "Fault", "Layout", "LoadedCase", "
 """Classes of which users receive objects and make none; api.md describes them."""
 
 
-@pytest.mark.parametrize("module", [calibration, cases, models, picture, result, series], ids=lambda module: module.__name__)
+@pytest.mark.parametrize("module", [calibration, cases, models, picture, result], ids=lambda module: module.__name__)
 def test_examples_of_docstrings(module: object, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     found = doctest.testmod(module)  # type: ignore[arg-type]

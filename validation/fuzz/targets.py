@@ -16,7 +16,7 @@ from fsm.calibrate.report import Options
 from fsm.calibrate.study import read_study
 from fsm.case.loading.load_case import load_case
 from fsm.case.loading.table import load_table
-from fsm.check.describe import describe
+from fsm.check.report import describe
 from fsm.results.checkpoint_file import read_checkpoint
 from fsm.results.store import read_solution
 from fsm.views.plots.figures import draw

@@ -388,14 +388,14 @@ CHOICES = (
     ),
     Mutant(
         "words of other programs for kinds of joints not known",
-        "fsm/case/schema/synonyms.py",
+        "fsm/case/schema/known_names.py",
         "word == known or word in words",
         "word == known",
         unit_test("synonyms", "test_a_joint_under_another_name"),
     ),
     Mutant(
         "belts not known",
-        "fsm/case/schema/synonyms.py",
+        "fsm/case/schema/known_names.py",
         "if word in _LOOPS and",
         "if not word and",
         unit_test("synonyms", "test_a_coupling_under_another_name"),

@@ -68,7 +68,7 @@ FILMS = (
     ),
     Mutant(
         "chambers of rigid panels without strips at creases",
-        "fsm/builders/patterns/panel_surface.py",
+        "fsm/builders/sheet/sheet_gas.py",
         "        if u < v:\n",
         "        if u < 0:\n",
         physics_test("gas_of_panels", "test_wrenches_and_tangent_are_derivatives"),

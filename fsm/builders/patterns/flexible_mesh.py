@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from fsm.builders.patterns.booms import boom_mesh
 from fsm.builders.patterns.of_sheet import folding_letters, pattern_of
 from fsm.builders.patterns.pattern_mesh import pattern_mesh
 from fsm.builders.patterns.places import place_of
-from fsm.builders.patterns.plates import plate_mesh
+from fsm.builders.patterns.plates import boom_mesh, plate_mesh
 from fsm.case.models.facet_mesh import FacetMesh
 from fsm.case.models.sheet import Sheet
 from fsm.case.pattern_files.pattern import Pattern

@@ -7,19 +7,19 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fsm.builders.patterns.booms import seam_angle
 from fsm.builders.patterns.chamber import SheetSurface
 from fsm.builders.patterns.cuts import facets_across_cuts
 from fsm.builders.patterns.facets import quaternions
 from fsm.builders.patterns.flexible_mesh import flexible_mesh
 from fsm.builders.patterns.mesh_places import MeshPlace, mesh_place, mirrored_place
 from fsm.builders.patterns.of_sheet import pattern_of
+from fsm.builders.patterns.plates import seam_angle
 from fsm.builders.sheet.beside_sheet import frame_of_mesh
-from fsm.builders.sheet.flexible_loads import load_parts, place_points, pressed_facets
 from fsm.builders.sheet.sheet_contact import contact_of_nodes
 from fsm.builders.sheet.sheet_folding import Folds, facet_damping
 from fsm.builders.sheet.sheet_gas import with_gas
 from fsm.builders.sheet.sheet_joints import sheet_joints
+from fsm.builders.sheet.sheet_loads import load_parts, place_points, pressed_facets
 from fsm.case.derived.frame_bodies import quaternion_matrix
 from fsm.case.models.case import Case
 from fsm.case.models.facet_mesh import FacetMesh, MeshPoint
@@ -121,7 +121,7 @@ class _FlexibleBuilder:
         surface = SheetSurface(
             mesh.positions, mesh.owner[mesh.triangles], facet, held, groups, mesh.owner[mesh.vertices], across
         )
-        scene = scene.with_facets(self.facets).with_touching(touching).with_across_cuts(across)
+        scene = scene.with_parts(facets=self.facets, touching=touching, across_cuts=across)
         return with_gas(self.case, scene, surface)
 
     def _touching(self) -> TouchingSheet | None:

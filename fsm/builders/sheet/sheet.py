@@ -123,7 +123,7 @@ class _SheetBuilder:
         if not has_loops(self.pattern):
             elements_of_chain = tuple(element.model_copy(update={"locked": ()}) for element in scene.elements)
             scene = scene.model_copy(update={"elements": elements_of_chain})
-        scene = scene.with_across_cuts(facets_across_cuts(self.pattern))
+        scene = scene.with_parts(across_cuts=facets_across_cuts(self.pattern))
         return with_gas_of_panels(case, scene, self.pattern, frames, self._held_vertices(held))
 
     def _held_vertices(self, facets: set[int]) -> dict[int, set[int]]:

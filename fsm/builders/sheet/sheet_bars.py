@@ -71,7 +71,7 @@ def build_bars(case: Case) -> Scene:
     own = np.arange(len(pattern.vertices))
     across = facets_across_cuts(pattern)
     surface = SheetSurface(pattern.vertices, triangles, np.arange(len(triangles)), held, pattern.groups, own, across)
-    scene = scene.with_folds(folds).with_touching(touching).with_across_cuts(across)
+    scene = scene.with_parts(folds=folds, touching=touching, across_cuts=across)
     return with_gas(case, scene, surface)
 
 

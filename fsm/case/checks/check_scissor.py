@@ -15,12 +15,12 @@ from fsm.errors import Fault
 def check_scissor(sections: Sections) -> list[Fault]:
     """Faults of a scissor array that involve several sections."""
     faults = [*missing_sections(sections, _NEEDED), *_solve(sections)]
-    scissor = sections.scissor
+    scissor = sections.case.scissor
     if scissor is None:
         return faults
     array, impossible = build_array(scissor)
     faults += impossible
-    faults += _points(scissor, array.points, sections.holds, sections.forces)
+    faults += _points(scissor, array.points, sections.listed["hold"], sections.listed["force"])
     return [*faults, *_stop(sections), *_rigid(sections), *_force(sections)]
 
 
@@ -66,7 +66,7 @@ def _points(
 
 
 def _stop(sections: Sections) -> Iterable[Fault]:
-    scissor, stop = sections.scissor, sections.stop
+    scissor, stop = sections.case.scissor, sections.case.stop
     if scissor is not None and stop is not None and stop.angle >= scissor.initial_angle:
         given, start = math.degrees(stop.angle), math.degrees(scissor.initial_angle)
         yield Fault(
@@ -77,12 +77,12 @@ def _stop(sections: Sections) -> Iterable[Fault]:
 
 def _rigid(sections: Sections) -> Iterable[Fault]:
     """Sections and keys that rigid bars do not support."""
-    if sections.scissor is None or not sections.scissor.rigid:
+    if sections.case.scissor is None or not sections.case.scissor.rigid:
         return
-    if sections.stop is not None:
-        what = "end stop and no latch" if sections.stop.latch else "end stop"
+    if sections.case.stop is not None:
+        what = "end stop and no latch" if sections.case.stop.latch else "end stop"
         yield Fault("stop", f"rigid bars have no {what}; remove the section, or set scissor.rigid = false")
-    if sections.hinge is not None and sections.hinge.friction_moment > 0.0:
+    if sections.case.hinge is not None and sections.case.hinge.friction_moment > 0.0:
         yield Fault(
             "hinge.friction_moment", "rigid bars have no friction at hinges; remove this key, or set scissor.rigid = false"
         )
@@ -90,12 +90,12 @@ def _rigid(sections: Sections) -> Iterable[Fault]:
 
 def _force(sections: Sections) -> Iterable[Fault]:
     """Loads that an array cannot have, and an array without loads."""
-    hinge = sections.hinge
-    if len(sections.gravity) == 3 and sections.gravity[2]:
+    hinge = sections.case.hinge
+    if sections.case.gravity[2]:
         yield Fault(
-            "gravity.2", f"{sections.gravity[2]:g} m/s^2 is normal to the plane x, y of the array; give gravity along y"
+            "gravity.2", f"{sections.case.gravity[2]:g} m/s^2 is normal to the plane x, y of the array; give gravity along y"
         )
-    if sections.material is not None and sections.material.plate:
+    if sections.case.material is not None and sections.case.material.plate:
         yield Fault("material.plate", "applies to wide strips only, and bars bend as beams; remove this key")
     sprung = hinge is not None and hinge.stiffness > 0.0 and hinge.rest_turn != 0.0
     if not ({"force", "gravity"} & sections.written) and not sprung:
@@ -103,7 +103,7 @@ def _force(sections: Sections) -> Iterable[Fault]:
 
 
 def _solve(sections: Sections) -> Iterable[Fault]:
-    solve, save = sections.solve, sections.save
+    solve = sections.solve
     if solve is not None:
         if solve.method == "static":
             yield Fault("solve.method", 'the deployment of an array is dynamic; give "generalized-alpha" or "auto"')
@@ -115,5 +115,5 @@ def _solve(sections: Sections) -> Iterable[Fault]:
             yield Fault("solve.spatial", "an array moves in its plane only; remove this key")
         if solve.method != "auto":
             yield from method_faults(solve)
-    if save is not None and save.every is not None:
+    if sections.case.save.every is not None:
         yield Fault("save.every", "is a travel of a drive, and an array has no drive; give `interval` (time) instead")

@@ -26,19 +26,19 @@ def check_steps(sections: Sections) -> Iterable[Fault]:
     """Faults of steps, and of sections that cannot be used beside them."""
     if sections.faulty_steps:
         return
-    names = step_names(sections.steps.values())
-    listed = [(f"drive.{index}", drive.step) for index, drive in sections.drives.items()]
-    listed += [(f"load.{index}", load.step) for index, load in sections.loads.items()]
+    names = step_names(sections.listed["step"].values())
+    listed = [(f"drive.{index}", drive.step) for index, drive in sections.listed["drive"].items()]
+    listed += [(f"load.{index}", load.step) for index, load in sections.listed["load"].items()]
     for path, wanted in listed:
         if wanted is not None and wanted not in names:
             hint = nearest_name(wanted, names) if names else "; there is no [[step]]"
             yield Fault(f"{path}.step", f"no step is called {wanted!r}{hint}")
         elif wanted is not None and path.startswith("drive"):
-            step = sections.steps.get(names.index(wanted))
+            step = sections.listed["step"].get(names.index(wanted))
             if step is not None and step.kind in _INSTANT:
                 text = f'{wanted!r} has kind = "{step.kind}" and takes no time, so a drive cannot act'
                 yield Fault(f"{path}.step", f"{text}; name another step")
-    for index, element in enumerate(sections.scene.elements if sections.scene is not None else ()):
+    for index, element in enumerate(sections.case.scene.elements if sections.case.scene is not None else ()):
         path = f"scene.elements.{index}"
         for wanted in element.steps or ():
             if wanted not in names:
@@ -58,7 +58,7 @@ def check_steps(sections: Sections) -> Iterable[Fault]:
         yield Fault("solve.end_time", "cannot be used with [[step]]; give the `duration` of each step")
     if sections.solve is not None and sections.solve.force_limit is not None:
         yield Fault("solve.force_limit", "cannot be used with [[step]]; remove this key")
-    for number, step in sections.steps.items():
+    for number, step in sections.listed["step"].items():
         path = f"step.{number}"
         if names.index(names[number]) != number:
             yield Fault(f"{path}.name", f"{names[number]!r} is the name of an earlier step; names must differ")

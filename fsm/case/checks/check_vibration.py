@@ -21,8 +21,8 @@ def check_vibration(sections: Sections) -> list[Fault]:
     if sections.stages == ("vibrate",):
         faults += [*missing_sections(sections, _NEEDED), *_slack(sections), *_held_points(sections)]
         faults += _film_damping(sections)
-        if sections.membrane is not None:
-            faults += check_film(sections.membrane, sections.patches)
+        if sections.case.membrane is not None:
+            faults += check_film(sections.case.membrane, sections.listed["patch"])
     faults += _points(sections)
     return faults
 
@@ -36,7 +36,7 @@ _NEEDED = {
 
 def _slack(sections: Sections) -> Iterable[Fault]:
     """Tension that leaves the film slack."""
-    tension, material = sections.tension, sections.material
+    tension, material = sections.case.tension, sections.case.material
     if tension is None:
         return
     if tension.pull is not None and not tension.pull > 0.0:
@@ -57,23 +57,23 @@ def _list(values: Iterable[float]) -> str:
 
 def _held_points(sections: Sections) -> Iterable[Fault]:
     """Supports that do not exist, and tension without a support that keeps it."""
-    cables = [cable for cable in sections.cables.values() if isinstance(cable, CornerCable)]
+    cables = [cable for cable in sections.listed["cable"].values() if isinstance(cable, CornerCable)]
     if len(cables) > 1:
         yield Fault("cable", f"{len(cables)} sections of corner cables are given; give one section")
-    at = {support.at for support in sections.supports.values()}
-    for number, support in sections.supports.items():
+    at = {support.at for support in sections.listed["support"].values()}
+    for number, support in sections.listed["support"].items():
         if support.at == "cables" and not cables and "cable" not in sections.written:
             yield Fault(f"support.{number}.at", 'the film has no corner cables; add [[cable]] with place = "corners"')
-        if support.position is not None and sections.membrane is not None:
-            yield from _on_film(sections.membrane, support.position, f"support.{number}.position")
-    if sections.tension is None or not at:
+        if support.position is not None and sections.case.membrane is not None:
+            yield from _on_film(sections.case.membrane, support.position, f"support.{number}.position")
+    if sections.case.tension is None or not at:
         return
-    if sections.tension.pull is not None and not at & {"corners", "cables", "edges"}:
+    if sections.case.tension.pull is not None and not at & {"corners", "cables", "edges"}:
         yield Fault(
             "support",
             'no support keeps the tension of the corners (`tension.pull`); add a support at "corners", or remove all',
         )
-    if sections.tension.strain is None:
+    if sections.case.tension.strain is None:
         return
     sides = at & _SIDES
     if not sides and "edges" not in at:
@@ -88,7 +88,7 @@ def _held_points(sections: Sections) -> Iterable[Fault]:
 
 
 def _film_damping(sections: Sections) -> Iterable[Fault]:
-    material = sections.material
+    material = sections.case.material
     for key, hint in (("damping", "give `damping.material` instead"), ("plate", "films bend as plates; remove this key")):
         if material is not None and getattr(material, key) != Material.model_fields[key].default:
             yield Fault(f"material.{key}", f"applies to the joints of a strip only; {hint}")
@@ -96,18 +96,18 @@ def _film_damping(sections: Sections) -> Iterable[Fault]:
 
 def _points(sections: Sections) -> Iterable[Fault]:
     """Probes and impact points outside the film."""
-    film = sections.membrane
+    film = sections.case.membrane
     if film is None:
         return
-    if sections.impact is not None:
-        yield from _on_film(film, sections.impact.point, "impact.point")
-        half = 0.5 * (sections.impact.size or 0.0)
-        reach = [abs(x) + half for x in sections.impact.point]
+    if sections.case.impact is not None:
+        yield from _on_film(film, sections.case.impact.point, "impact.point")
+        half = 0.5 * (sections.case.impact.size or 0.0)
+        reach = [abs(x) + half for x in sections.case.impact.point]
         if half and any(x > 0.5 * side * (1 + 1e-9) for x, side in zip(reach, (film.length, film.width), strict=True)):
             text = f"a square of {shown(2.0 * half, 'm')} around impact.point extends beyond the film; give a smaller square"
             yield Fault("impact.size", text)
-    if sections.vibration is not None:
-        for name, point in sections.vibration.probes.items():
+    if sections.case.vibration is not None:
+        for name, point in sections.case.vibration.probes.items():
             yield from _on_film(film, point, f"vibration.probes.{name}")
 
 
@@ -123,7 +123,7 @@ def _on_film(film: Membrane, point: tuple[float, float], path: str) -> Iterable[
 
 def _vibration_solve(sections: Sections) -> Iterable[Fault]:
     """Keys of [solve] and [save] that a vibration does not use."""
-    solve, save = sections.solve, sections.save
+    solve = sections.solve
     if sections.stages != ("vibrate",):
         return
     if solve is not None:
@@ -138,5 +138,5 @@ def _vibration_solve(sections: Sections) -> Iterable[Fault]:
             yield Fault(f"solve.{key}", f'not used with analysis = "vibrate", because {reason}; remove this key')
         if solve.method != "auto":  # here "auto" means generalized-alpha
             yield from method_faults(solve)
-    if save is not None and save.every is not None:
+    if sections.case.save.every is not None:
         yield Fault("save.every", "is a travel of a drive, and a film has no drive; give `interval` (time) instead")

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from typing import get_args
 
-from fsm.case.checks.check_drive_path import drives_through_held_panels
 from fsm.case.checks.check_scissor import check_scissor
 from fsm.case.checks.check_steps import check_steps
 from fsm.case.checks.check_vibration import check_vibration
@@ -14,6 +14,7 @@ from fsm.case.models.case import Analysis, Strip, held_panels
 from fsm.case.models.lattice import Edge
 from fsm.case.models.loads import Drive
 from fsm.errors import Fault
+from fsm.text.shown_units import shown
 
 _OF_STRIP = {"crease": "crease numbers", "panel": "panel numbers", "end": "ends"}
 """Keys of a drive that only a strip has."""
@@ -52,7 +53,7 @@ def _unused(sections: Sections) -> Iterable[Fault]:
     """Sections that the analysis does not use."""
     read = _READ[sections.stages]
     named = f'analysis = "{sections.stages[0]}"' if len(sections.stages) == 1 else "these stages"
-    if len(sections.stages) > 1 and sections.analysis != "deploy":
+    if len(sections.stages) > 1 and sections.case.analysis != "deploy":
         yield Fault("analysis", "is given together with `stages`, which also sets the analysis; remove one of them")
     for name in sorted(sections.written - set(read)):
         homes = [stages for stages, names in _READ.items() if name in names]
@@ -71,10 +72,10 @@ def _check_deployment(sections: Sections) -> list[Fault]:
         *_beside_scene(sections),
         *_strip_drives(sections),
         *_crease_of_strip(sections),
-        *(drives_through_held_panels(sections, _held(sections)) if sections.strip is not None else ()),
+        *(drives_through_held_panels(sections, _held(sections)) if sections.case.strip is not None else ()),
         *_lattice_drives(sections),
         *_scene_drives(sections),
-        *(() if "step" in sections.written else _repeated(sections.drives)),
+        *(() if "step" in sections.written else _repeated(sections.listed["drive"])),
         *_friction(sections),
         *_obstacles(sections),
         *_end(sections),
@@ -97,7 +98,7 @@ def _missing_sections(sections: Sections) -> Iterable[Fault]:
             yield Fault(name, f"the squares of a lattice are rigid and have no contact; remove section [{name}]")
     for part in ("strip", "sheet"):
         for name in ("material", "crease") if part in sections.written else ():
-            smooth = part == "sheet" and (sections.sheet is None or sections.sheet.has_no_creases)
+            smooth = part == "sheet" and (sections.case.sheet is None or sections.case.sheet.has_no_creases)
             if name not in sections.written and not (smooth and name == "crease"):
                 yield Fault(name, f"section [{name}] is missing; a {part} needs this section")
 
@@ -119,7 +120,7 @@ _ALSO_IN_SCENE = {
 
 def _beside_scene(sections: Sections) -> Iterable[Fault]:
     """Faults of sections that a [scene] does not use, and of values that are given twice."""
-    scene = sections.scene
+    scene = sections.case.scene
     if "scene" not in sections.written:
         return
     for name in sorted({"material", "crease"} & sections.written) if not {"strip", "sheet"} & sections.written else ():
@@ -129,7 +130,7 @@ def _beside_scene(sections: Sections) -> Iterable[Fault]:
     for name, key in _ALSO_IN_SCENE.items():
         if name in sections.written and getattr(scene, key):
             yield Fault(name, f"is given here and as scene.{key}; remove one of them")
-    if any(sections.gravity) and any(scene.gravity):
+    if any(sections.case.gravity) and any(scene.gravity):
         yield Fault("gravity", "is given here and as scene.gravity; remove one of them")
     if scene.contact is not None and scene.contact.pairs is not None:
         yield Fault("scene.contact.pairs", "only a [strip] has panel numbers; give the pairs as `scene.pairs`")
@@ -137,18 +138,18 @@ def _beside_scene(sections: Sections) -> Iterable[Fault]:
 
 def _held(sections: Sections) -> frozenset[int]:
     """Numbers of the held panels of the strip."""
-    assert sections.strip is not None
-    return held_panels(sections.strip, [drive for _, drive in sections.all_drives])
+    assert sections.case.strip is not None
+    return held_panels(sections.case.strip, [drive for _, drive in sections.all_drives])
 
 
 def _all_held(sections: Sections) -> bool:
-    assert sections.strip is not None
-    panels = sections.strip.panels
+    assert sections.case.strip is not None
+    panels = sections.case.strip.panels
     return len(_held(sections) & set(range(1, panels + 1))) == panels
 
 
 def _held_panels(sections: Sections) -> Iterable[Fault]:
-    strip = sections.strip
+    strip = sections.case.strip
     if strip is None:
         return
     for index, panel in enumerate(strip.held or ()):
@@ -163,7 +164,7 @@ def _held_panels(sections: Sections) -> Iterable[Fault]:
 
 def _contact_pairs(sections: Sections) -> Iterable[Fault]:
     """Faults of contact pairs that name an unknown panel or the same panel twice."""
-    strip, contact = sections.strip, sections.contact
+    strip, contact = sections.case.strip, sections.case.contact
     if contact is not None and contact.pairs is not None and "scene" in sections.written:
         yield Fault("contact.pairs", "only a [strip] has panel numbers; give the pairs of a [scene] as `scene.pairs`")
     if strip is None or contact is None:
@@ -177,7 +178,7 @@ def _contact_pairs(sections: Sections) -> Iterable[Fault]:
 
 
 def _strip_drives(sections: Sections) -> Iterable[Fault]:
-    strip = sections.strip
+    strip = sections.case.strip
     if strip is None or _all_held(sections):
         return
     for place, drive in sections.all_drives:
@@ -214,9 +215,9 @@ def _gripped_panel(place: str, drive: Drive, strip: Strip) -> Iterable[Fault]:
 
 def _crease_of_strip(sections: Sections) -> Iterable[Fault]:
     """Keys of a crease that only a sheet uses."""
-    if "strip" in sections.written and sections.crease is not None:
+    if "strip" in sections.written and sections.case.crease is not None:
         for key, instead in (("stiffness_per_length", "stiffness"), ("width", "scale")):
-            if getattr(sections.crease, key, None) is not None:
+            if getattr(sections.case.crease, key, None) is not None:
                 yield Fault(f"crease.{key}", f"only a [sheet] uses it; give `{instead}` for the whole width of the strip")
 
 
@@ -234,11 +235,11 @@ def _lattice_drives(sections: Sections) -> Iterable[Fault]:
                 yield Fault(f"{path}.{key}", f"only a [strip] has {_OF_STRIP[key]}; give `edge` in a [lattice] or [sheet]")
         if drive.edge is not None and drive.turn is not None and "sheet" not in sections.written:
             yield Fault(f"{path}.turn", "the edge of a [lattice] does not turn; give `travel`")
-        facets = None if sections.sheet is None else sections.sheet.facets
+        facets = None if sections.case.sheet is None else sections.case.sheet.facets
         if drive.turn is not None and not drive.guide and facets not in (None, "flexible"):
             text = 'a turn without a guide is for flexible facets; remove `guide`, or give facets = "flexible"'
             yield Fault(f"{path}.guide", text)
-        lattice = sections.lattice
+        lattice = sections.case.lattice
         if "lattice" in sections.written and drive.edge is not None and drive.edge not in get_args(Edge):
             yield Fault(f"{path}.edge", f'must be "bottom", "top", "left" or "right" in a [lattice]; it is "{drive.edge}"')
         if lattice is not None and drive.edge in lattice.held_edges:
@@ -247,7 +248,7 @@ def _lattice_drives(sections: Sections) -> Iterable[Fault]:
 
 
 def _scene_drives(sections: Sections) -> Iterable[Fault]:
-    scene = sections.scene
+    scene = sections.case.scene
     if scene is None or {"strip", "sheet"} & sections.written:
         return
     held = {body.name for body in scene.bodies if body.held} | {"ground"}
@@ -279,7 +280,7 @@ def _repeated(drives: Mapping[int, Drive]) -> Iterable[Fault]:
 
 
 def _friction(sections: Sections) -> Iterable[Fault]:
-    scene = sections.scene
+    scene = sections.case.scene
     in_scene = scene is not None and scene.contact is not None
     if "friction" in sections.written and "contact" not in sections.written and not in_scene:
         yield Fault(
@@ -294,14 +295,14 @@ def _friction(sections: Sections) -> Iterable[Fault]:
 
 
 def _obstacles(sections: Sections) -> Iterable[Fault]:
-    in_scene = sections.scene is not None and sections.scene.contact is not None
+    in_scene = sections.case.scene is not None and sections.case.scene.contact is not None
     if "obstacle" in sections.written and "contact" not in sections.written and not in_scene:
         yield Fault("obstacle", "[[obstacle]] requires [contact], which is missing; add [contact], or remove [[obstacle]]")
 
 
 def _end(sections: Sections) -> Iterable[Fault]:
-    scene_unknown = "scene" in sections.written and sections.scene is None
-    driven = "drive" in sections.written or bool(sections.scene and sections.scene.drives)
+    scene_unknown = "scene" in sections.written and sections.case.scene is None
+    driven = "drive" in sections.written or bool(sections.case.scene and sections.case.scene.drives)
     if driven or scene_unknown or "step" in sections.written:
         return
     if sections.solve is not None:
@@ -312,7 +313,7 @@ def _end(sections: Sections) -> Iterable[Fault]:
             "solve.end_time",
             "missing, and there is no [[drive]], so the run has no end; give one of them",
         )
-    if sections.save is not None and sections.save.every is not None:
+    if sections.case.save.every is not None:
         yield Fault(
             "save.every",
             "is a travel of a drive, and there is no [[drive]]; give `interval` (time) instead",
@@ -322,8 +323,8 @@ def _end(sections: Sections) -> Iterable[Fault]:
 def _force_limit(sections: Sections) -> Iterable[Fault]:
     """Fault of `solve.force_limit` with a first drive that turns; its effort is a moment."""
     limited = sections.solve is not None and sections.solve.force_limit is not None
-    scene_drives = sections.scene.drives if sections.scene is not None else ()
-    first = [*sections.drives.values(), *scene_drives][:1]
+    scene_drives = sections.case.scene.drives if sections.case.scene is not None else ()
+    first = [*sections.listed["drive"].values(), *scene_drives][:1]
     if limited and first and first[0].turn is not None:
         text = "the first drive has a `turn`, whose effort is a moment; remove this key, or give `travel`"
         yield Fault("solve.force_limit", text)
@@ -331,12 +332,57 @@ def _force_limit(sections: Sections) -> Iterable[Fault]:
 
 def _release(sections: Sections) -> Iterable[Fault]:
     """Faults of `release`: a drive is given too, or nothing moves before the end of the run."""
-    if sections.release is None:
+    if sections.case.release is None:
         return
-    if "drive" in sections.written or (sections.scene is not None and sections.scene.drives):
+    if "drive" in sections.written or (sections.case.scene is not None and sections.case.scene.drives):
         yield Fault("release", "cannot be used with a [[drive]], which starts at time zero; remove one of them")
-    hold, end = sections.release.hold_time, sections.solve.end_time if sections.solve is not None else None
+    hold, end = sections.case.release.hold_time, sections.solve.end_time if sections.solve is not None else None
     if end is not None and hold >= end:
         yield Fault(
             "release.hold_time", f"must be shorter than solve.end_time, {end:g} s, or nothing moves; it is {hold:g} s"
         )
+
+
+def drives_through_held_panels(sections: Sections, held: frozenset[int]) -> Iterable[Fault]:
+    """Faults of guided crease lines whose straight path crosses a held panel, which contact makes impossible.
+
+    Parameters
+    ----------
+    sections : Sections
+    held : numbers of the held panels
+    """
+    strip, contact = sections.case.strip, sections.case.contact
+    if strip is None or contact is None or contact.pairs is not None:
+        return
+    for path, drive in sections.all_drives:
+        line = drive.line(strip.panels)
+        if line is None or drive.travel is None or not drive.guide or not 0 <= line <= strip.panels:
+            continue
+        size = math.sqrt(sum(x * x for x in drive.direction))
+        way = tuple(drive.travel * x / size for x in drive.direction[::2])
+        start, what = strip.crease_point(line), f"crease {line}" if drive.end is None else drive.part
+        for panel in sorted(held - {line, line + 1}):
+            if not 1 <= panel <= strip.panels:
+                continue
+            part = _crossing(start, way, strip.crease_point(panel - 1), strip.crease_point(panel))
+            if part is not None:
+                travel = part * drive.travel
+                yield Fault(
+                    f"{path}.travel",
+                    f"{shown(drive.travel, 'm')} lead {what} through panel {panel}, which is held; they "
+                    f"meet at {shown(travel, 'm')}. Reduce the travel, or hold other panels",
+                )
+
+
+def _crossing(
+    start: tuple[float, float], way: tuple[float, ...], one: tuple[float, float], other: tuple[float, float]
+) -> float | None:
+    """Fraction of a path at which the path crosses the line between two points; None if they do not cross."""
+    along = other[0] - one[0], other[1] - one[1]
+    apart = one[0] - start[0], one[1] - start[1]
+    both = way[0] * along[1] - way[1] * along[0]
+    if abs(both) <= 1e-12 * math.hypot(*way) * math.hypot(*along):
+        return None
+    part = (apart[0] * along[1] - apart[1] * along[0]) / both
+    at = (apart[0] * way[1] - apart[1] * way[0]) / both
+    return part if 0.0 < part <= 1.0 and 0.0 <= at <= 1.0 else None

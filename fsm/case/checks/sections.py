@@ -3,19 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import Any
 
-from fsm.case.models.case import Analysis, Release, Strip
-from fsm.case.models.contact import Contact, Friction
-from fsm.case.models.lattice import Lattice
-from fsm.case.models.loads import Drive, Load
-from fsm.case.models.materials import Crease, Material
-from fsm.case.models.membrane import Cable, Impact, Membrane, Patch, Support, Tension, Vibration
-from fsm.case.models.scene import Scene
-from fsm.case.models.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
-from fsm.case.models.sheet import Sheet
-from fsm.case.models.solve import Save, Solve
-from fsm.case.models.steps import Step
+from fsm.case.models.case import Analysis, Case
+from fsm.case.models.loads import Drive
+from fsm.case.models.solve import Solve
 from fsm.errors import Fault
 
 
@@ -23,56 +16,30 @@ from fsm.errors import Fault
 class Sections:
     """Sections of a case that are valid by themselves, and the names of all sections in the file.
 
-    A section that is named in `written` and absent here has other faults, and needs no further checks.
+    A section that is named in `written` and absent in `case` has other faults, and needs no further checks.
 
     Attributes
     ----------
     written : names of the sections in the file
+    case : the valid sections; a section that is absent or faulty has its default
+    listed : items of the sections that may appear several times, by their number in the file, from 0; without faulty ones
     stages : analyses of the case; empty if they cannot be read
-    analysis : value of the key `analysis`
-    faulty_steps : whether the file has faulty steps, which `steps` does not contain
-    drives, loads, steps, patches, cables, supports, holds, forces : items by their number in the file, from 0
+    solve : settings of the solver; None if they are faulty
+    faulty_steps : whether the file has faulty steps, which `listed` does not contain
     """
 
-    written: frozenset[str] = frozenset()
-    stages: tuple[Analysis, ...] = ("deploy",)
-    analysis: Analysis | None = "deploy"
-    membrane: Membrane | None = None
-    tension: Tension | None = None
-    impact: Impact | None = None
-    vibration: Vibration | None = None
-    scissor: Scissor | None = None
-    bar: BarSection | None = None
-    hinge: HingeJoint | None = None
-    stop: Stop | None = None
-    release: Release | None = None
-    strip: Strip | None = None
-    lattice: Lattice | None = None
-    sheet: Sheet | None = None
-    scene: Scene | None = None
-    material: Material | None = None
-    crease: Crease | None = None
-    contact: Contact | None = None
-    gravity: tuple[float, ...] = ()
-    friction: Friction | None = None
-    solve: Solve | None = None
-    save: Save | None = None
-    drives: Mapping[int, Drive] = field(default_factory=dict)
-    loads: Mapping[int, Load] = field(default_factory=dict)
-    steps: Mapping[int, Step] = field(default_factory=dict)
-    faulty_steps: bool = False
-    patches: Mapping[int, Patch] = field(default_factory=dict)
-    cables: Mapping[int, Cable] = field(default_factory=dict)
-    supports: Mapping[int, Support] = field(default_factory=dict)
-    holds: Mapping[int, PointSupport] = field(default_factory=dict)
-    forces: Mapping[int, PointForce] = field(default_factory=dict)
-
+    written: frozenset[str]
+    case: Case
+    listed: Mapping[str, Mapping[int, Any]]
+    stages: tuple[Analysis, ...]
+    solve: Solve | None
+    faulty_steps: bool
 
     @property
     def all_drives(self) -> list[tuple[str, Drive]]:
         """Drives of the case and of its steps, with their paths."""
-        found = [(f"drive.{index}", drive) for index, drive in self.drives.items()]
-        for number, step in self.steps.items():
+        found = [(f"drive.{index}", drive) for index, drive in self.listed["drive"].items()]
+        for number, step in self.listed["step"].items():
             found += [(f"step.{number}.drive.{index}", drive) for index, drive in enumerate(step.drive)]
         return found
 

@@ -1,4 +1,4 @@
-"""Conditions and actions of `[[event]]`, read from their words."""
+"""Words of `[[event]]`, and scenes of cases with events."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from typing import NamedTuple
 
 from fsm.case.models.coupling import OWN_COUPLINGS
 from fsm.case.models.event import Event, event_names
-from fsm.case.models.scene import Body, Scene
+from fsm.case.models.joint import SceneJoint
+from fsm.case.models.scene import GROUND, Body, Scene
 from fsm.case.schema.known_names import nearest_name
 from fsm.case.schema.units import to_si
-from fsm.errors import Fault
+from fsm.errors import CaseError, Fault
 
 TIME = "time"
 """Subject of a condition on the time of the run."""
@@ -203,3 +204,25 @@ def released_bodies(events: tuple[Event, ...], scene: Scene, system: str) -> lis
 def held_by(body: Body) -> str:
     """Name of the joint that holds a body until its release."""
     return f"{_HELD}{body.name}"
+
+
+def with_events(scene: Scene, events: tuple[Event, ...], system: str) -> Scene:
+    """Scene whose events act on its parts.
+
+    A held body that an event releases becomes free, with a fixed joint to the ground.
+
+    Raises
+    ------
+    CaseError
+        Faults of the words of the events, and unknown names.
+    """
+    faults = list(event_faults(events, scene, system))
+    if faults:
+        raise CaseError(faults)
+    released = released_bodies(events, scene, system)
+    joints = tuple(
+        SceneJoint(name=held_by(body), kind="fixed", first=GROUND, second=body.name, at=body.position) for body in released
+    )
+    bodies = tuple(body.model_copy(update={"held": False}) if body in released else body for body in scene.bodies)
+    scene = scene.model_copy(update={"bodies": bodies, "joints": (*scene.joints, *joints)})
+    return scene.with_parts(actions=tuple(tuple(action_of(text, scene, system) for text in event.do) for event in events))

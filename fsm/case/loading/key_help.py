@@ -1,23 +1,31 @@
-"""Pages of keys for `fsm help`, from the models that check cases."""
+"""Pages of keys for `fsm help`, from the models that check cases, and of the measured laws of the library."""
 
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator
 from functools import cache, reduce
 from operator import or_
 from typing import Literal, get_args, get_origin
 
-from fsm.case.loading.library_help import library_lines
+from fsm.case.loading.crease_data import read_crease_data
 from fsm.case.models.case import root
 from fsm.case.models.coupling import OWN_COUPLINGS
-from fsm.case.models.study_files import FILES
+from fsm.case.models.materials import SplineCrease
+from fsm.case.models.optimise import OptimiseFile
+from fsm.case.models.study import StudyFile
 from fsm.case.schema.key_facts import facts_of, plain, section_of
+from fsm.case.schema.model import Model
 from fsm.case.schema.schema import Place
 from fsm.case.schema.units import did_you_mean
 from fsm.errors import CaseError
+from fsm.library import Entry, entries
 from fsm.registry import BUILDERS, CONTACT_LAWS, COUPLINGS, ELEMENT_LAWS, FRICTION_LAWS, GEOMETRIES, POINT_KINDS
+from fsm.text.shown_units import shown, shown_range
 
+FILES: dict[str, type[Model]] = {"study": StudyFile, "optimise": OptimiseFile}
+"""Models of the files, by the names of their commands, which are also the names of their pages of help."""
 _WITH_PARTS = "scene.joints", "scene.springs", "scene.cords", "wing.hinge", "wing.root"
 """Sections whose pages list the keys of their parts."""
 _NAMES = {str: "text", bool: "true or false", int: "whole number", float: "number", dict: "section"}
@@ -164,3 +172,29 @@ def type_text(place: Place) -> str:
             name = _NAMES.get(get_origin(leaf) or leaf, "text")
             texts.append("number, or text with a unit" if name == "number" and place.unit() else name)
     return " or ".join(dict.fromkeys(texts))
+
+
+def library_lines() -> list[str]:
+    """Lines of the page: how a case names an entry, and every entry with all that is known of it."""
+    head = "measured laws of creases and hinges for [crease], elements of a scene and springs of joints:"
+    return [head, '  crease = { library = "NAME" }', *(line for each in entries().values() for line in _entry_lines(each))]
+
+
+def _entry_lines(entry: Entry) -> Iterator[str]:
+    curve = read_crease_data(entry.file, SplineCrease(law="spline", library=entry.name), path=f"{entry.name}.csv")
+    angles = f"{math.degrees(curve.angle[0]):.4g} to {math.degrees(curve.angle[-1]):.4g} deg"
+    rows = (
+        ("measured", entry.title), ("material", entry.material), ("thickness", length_text(entry.thickness)),
+        ("made", entry.made), ("width", length_text(entry.width)), ("opening", f"{angles}, {len(curve.angle)} points"),
+        ("moment", shown_range(min(curve.moment), max(curve.moment), "N m")), ("branches", entry.branches),
+        ("scatter", entry.scatter), ("relaxation", entry.relaxation), ("assumed", entry.assumed), ("source", entry.source),
+        ("licence", entry.licence),
+    )  # fmt: skip
+    yield ""
+    yield entry.name
+    yield from (f"  {name:10} {text}" for name, text in rows)
+
+
+def length_text(length: float | str) -> str:
+    """A length (m) of an entry with a suitable unit, or the words in its place."""
+    return length if isinstance(length, str) else shown(length, "m")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -13,25 +12,29 @@ from pydantic import TypeAdapter, ValidationError
 
 from fsm.case.checks.checks import check_sections
 from fsm.case.checks.sections import Sections
-from fsm.case.loading.crease_data import check_curve, read_crease_data
-from fsm.case.loading.expectations import expectation_faults
-from fsm.case.loading.joint_data import with_curves
+from fsm.case.loading.data_files import with_files
 from fsm.case.loading.overrides import Given, apply_overrides, split_override
-from fsm.case.loading.program_data import with_program
 from fsm.case.loading.toml_file import read_toml
 from fsm.case.loading.toml_text import case_text
-from fsm.case.models.case import Analysis, Case, contact_of_strip
-from fsm.case.models.materials import FamilyCrease, SplineCrease
-from fsm.case.models.membrane import Vibration
+from fsm.case.models.case import Analysis, Case, contact_of_strip, root
 from fsm.case.models.scene import Scene
-from fsm.case.models.solve import Save, Solve
+from fsm.case.models.solve import Solve
 from fsm.case.schema.faults import MOST_UNKNOWN, faults_of, unknown_key
-from fsm.case.schema.units import SYSTEMS
+from fsm.case.schema.units import SYSTEMS, did_you_mean
 from fsm.errors import CaseError, Fault
-from fsm.library import entries
 from fsm.registry import BUILDERS, load_extensions
 from fsm.text.short_repr import ShortRepr
 
+SUMMARY_NUMBERS = (
+    "peak_force", "peak_travel", "dynamic_peak_force", "dynamic_peak_travel", "largest_magnitude",
+    "largest_magnitude_travel", "final_travel", "final_force", "contact_travel", "contact_force", "bending_travel",
+    "bending_force", "dof", "steps", "newton_iterations", "energy_error", "unstable_equilibria", "wall_time_s",
+    "frequency_hz", "frequency_fft_hz", "frequency_resolution_hz", "decay_rate", "damping_ratio", "amplitude_center",
+    "amplitude_patch",
+)  # fmt: skip
+"""Numbers of a summary, which are the keys of `[expect]`."""
+_MOST_UNEXPECTED = 10
+"""Largest number of messages about `[expect]`."""
 _MOST_ITEMS = 20
 """Number of faulty items in a list of sections after which the remaining items are not checked."""
 _MOST_FAULTS = 50
@@ -184,16 +187,9 @@ def read_case(
     faults += found
     data, found = _build_wing(data, valid)
     faults += found
-    valid, found = _read_curves(valid, folder, system)
-    faults += found
-    if valid.get("sheet") is not None:
-        # this module imports numpy, which cases without added laws do not need
-        from fsm.case.pattern_files.file import with_pattern
-
-        valid["sheet"], found = with_pattern(valid["sheet"], folder)
+    for name, part in valid.items():
+        valid[name], found = with_files(part, folder, system, name)
         faults += found
-    valid, found = _read_programs(valid, folder, system)
-    faults += found
     faults += check_sections(_sections(data, valid))
     faults += _margin_faults(valid)
     faults += _event_faults(valid, system)
@@ -279,9 +275,7 @@ def _event_faults(valid: Mapping[str, Any], system: str) -> list[Fault]:
     return list(event_faults(tuple(events.values()), scene, system))
 
 
-_LISTS = (
-    "drive", "load", "margin", "gas", "orifice", "step", "event", "obstacle", "patch", "cable", "support", "hold", "force",
-)  # fmt: skip
+_LISTS = tuple(name for name in Case.model_fields if (place := root({}).step(name)) and place.is_list_of_sections())
 """Sections that may appear several times."""
 
 
@@ -323,27 +317,13 @@ def _validate(
 
 
 def _sections(data: Mapping[str, Any], valid: Mapping[str, Any]) -> Sections:
-    single = (
-        "strip", "lattice", "sheet", "scene", "membrane", "material", "crease", "contact", "friction", "tension", "impact",
-        "scissor", "bar", "hinge", "stop", "release",
-    )  # fmt: skip
-    lists = {
-        "drives": "drive", "loads": "load", "steps": "step", "patches": "patch", "cables": "cable", "supports": "support",
-        "holds": "hold", "forces": "force",
-    }  # fmt: skip
-    items: dict[str, Any] = {field: valid[name] for field, name in lists.items() if isinstance(valid.get(name), dict)}
-    sections: dict[str, Any] = {name: valid.get(name) for name in single}
     return Sections(
         written=frozenset(name for name in data if data[name] != []),
+        case=Case.model_construct(**{name: part for name, part in valid.items() if part is not None and name not in _LISTS}),
+        listed={name: valid[name] if isinstance(valid.get(name), dict) else {} for name in _LISTS},
         stages=_stages(data, valid),
-        analysis=valid.get("analysis", "deploy"),
-        gravity=valid.get("gravity") or (),
         solve=valid.get("solve") if "solve" in data else Solve(),
-        save=valid.get("save") if "save" in data else Save(),
         faulty_steps="step" in data and len(data["step"] or ()) != len(valid.get("step") or ()),
-        vibration=valid.get("vibration") if "vibration" in data else Vibration(),
-        **items,
-        **sections,
     )
 
 
@@ -356,136 +336,11 @@ def _stages(data: Mapping[str, Any], valid: Mapping[str, Any]) -> tuple[Analysis
     return (chosen,) if chosen else ()
 
 
-def _read_curves(valid: Mapping[str, Any], folder: Path, system: str) -> tuple[dict[str, Any], list[Fault]]:
-    """Sections in which the measured crease curves have been read from their files."""
-    result: dict[str, Any] = dict(valid)
-    faults: list[Fault] = []
-    if isinstance(result.get("crease"), _MEASURED):
-        result["crease"], faults = _read_curve(result["crease"], folder, system, "crease")
-    scene = result.get("scene")
-    if isinstance(scene, Scene):
-        elements, found = _read_curves_of(scene.elements, "crease", folder, system, "scene.elements")
-        joints, others = _read_curves_of(scene.joints, "spring", folder, system, "scene.joints")
-        faults += found + others
-        result["scene"] = scene.model_copy(update={"elements": elements, "joints": joints})
-    return result, faults
-
-
-def _read_curves_of(
-    parts: Sequence[Any], key: str, folder: Path, system: str, path: str
-) -> tuple[tuple[Any, ...], list[Fault]]:  # fmt: skip
-    """Parts of a scene in which the measured curves of a key have been read from their files."""
-    read, faults = list(parts), list[Fault]()
-    for index, part in enumerate(parts):
-        if isinstance(getattr(part, key), _MEASURED):
-            crease, found = _read_curve(getattr(part, key), folder, system, f"{path}.{index}.{key}")
-            read[index] = part.model_copy(update={key: crease})
-            faults += found
-    return tuple(read), faults
-
-
-def _read_programs(valid: Mapping[str, Any], folder: Path, system: str) -> tuple[dict[str, Any], list[Fault]]:
-    """Sections in which the tables of time functions have been read from their files."""
-    result: dict[str, Any] = dict(valid)
-    faults: list[Fault] = []
-
-    def read(item: Any, path: str) -> Any:
-        item, found = with_program(item, folder, system, path)
-        faults.extend(found)
-        return item
-
-    for name in ("drive", "load", "gas", "force"):
-        if isinstance(result.get(name), dict):
-            result[name] = {index: read(item, f"{name}.{index}") for index, item in result[name].items()}
-    if isinstance(result.get("step"), dict):
-        for number, step in result["step"].items():
-            items = {
-                name: tuple(read(item, f"step.{number}.{name}.{index}") for index, item in enumerate(getattr(step, name)))
-                for name in ("drive", "load")
-            }
-            result["step"][number] = step.model_copy(update=items)
-    scene = result.get("scene")
-    if isinstance(scene, Scene):
-        update = {
-            name: tuple(read(item, f"scene.{name}.{index}") for index, item in enumerate(getattr(scene, name)))
-            for name in ("drives", "loads")
-        }
-        joints = [with_curves(joint, folder, system, f"scene.joints.{index}") for index, joint in enumerate(scene.joints)]
-        faults += [fault for _, found in joints for fault in found]
-        update["joints"] = tuple(joint for joint, _ in joints)
-        result["scene"] = scene.model_copy(update=update)
-    return result, faults
-
-
-_MEASURED = (SplineCrease, FamilyCrease)
-"""Crease laws with a curve that may be in a file."""
-
-
-def _read_curve(
-    crease: SplineCrease | FamilyCrease, folder: Path, system: str, path: str
-) -> tuple[SplineCrease | FamilyCrease, list[Fault]]:
-    try:
-        if isinstance(crease, FamilyCrease):
-            found = _from_family(crease, folder, path)
-            return found, _rest_angle_faults(found, path)
-        width = crease.width
-        if crease.library is not None and crease.angle is None:
-            tested = entries()[crease.library]
-            curve = read_crease_data(tested.file, crease, system, f"{path}.library")
-            width = width or (tested.width if isinstance(tested.width, float) else None)
-        elif crease.data is not None:
-            curve = read_crease_data(folder / crease.data, crease, system, f"{path}.data")
-        else:
-            angle, moment = crease.angle or (), crease.moment or ()
-            places = [f"{path}.angle.{index}" for index in range(len(angle))]
-            curve = check_curve(angle, moment, crease.interpolation, f"{path}.angle", places)
-    except CaseError as error:
-        return crease, list(error.faults)
-    read = {
-        "data": None,
-        "angle_unit": None,
-        "moment_unit": None,
-        "angle": curve.angle,
-        "moment": curve.moment,
-        "width": width,
-    }
-    if crease.unloading is not None and crease.angle is not None and crease.angle[-1] < crease.angle[0]:
-        read["unloading"] = crease.unloading[::-1]
-    found = crease.model_copy(update=read)
-    return found, _rest_angle_faults(found, path)
-
-
-def _rest_angle_faults(crease: SplineCrease, path: str) -> list[Fault]:
-    """Fault of a rest angle for which no data are at possible crease angles, 0 to 180 degrees."""
-    if crease.rest_angle is None or crease.angle is None:
-        return []
-    low, high = (math.degrees(crease.rest_angle - end) for end in (crease.angle[-1], crease.angle[0]))
-    if low <= 180.0 and high >= 0.0:
-        return []
-    what = f"{math.degrees(crease.rest_angle):.4g} deg places the data at crease angles of {low:.4g} to {high:.4g} deg"
-    return [Fault(f"{path}.rest_angle", f"{what}; crease angles are 0 (flat) to 180 deg (closed); correct value or data")]
-
-
-def _from_family(crease: FamilyCrease, folder: Path, path: str) -> SplineCrease:
-    """Measured curve of a crease, from its calibrated family of curves."""
-    # this module imports numpy, so it is imported only where needed
-    from fsm.case.loading.crease_family import family_curve, read_family, rest_angle
-
-    family = read_family(folder / crease.file, f"{path}.file")
-    curve = family_curve(family, crease.press_time, crease.opening, path)
-    if crease.hysteresis and curve.unloading is None:
-        what = f"is true, but {curve.name} of {crease.file} has no unloading branch; set this key to false"
-        raise CaseError(Fault(f"{path}.hysteresis", what))
-    back = curve.unloading if crease.hysteresis else None
-    released = crease.since_release
-    rest = crease.rest_angle if released is None else rest_angle(family, released, path)
-    return SplineCrease(
-        law="spline",
-        angle=tuple(curve.angle.tolist()),
-        moment=tuple(curve.loading.tolist()),
-        interpolation="pchip" if family.interpolation == "pchip" else "cubic",
-        rest_angle=rest,
-        scale=crease.scale,
-        unloading=None if back is None else tuple(back.tolist()),
-        reversal=crease.reversal,
-    )
+def expectation_faults(names: Iterable[str]) -> list[Fault]:
+    """Faults of names in `[expect]` that no summary has."""
+    unknown = [name for name in names if name not in SUMMARY_NUMBERS]
+    there = f"; the summary has {', '.join(SUMMARY_NUMBERS)}"
+    return [
+        Fault(f"expect.{name[:60]}", f"is not a number of the summary{did_you_mean(name[:60], SUMMARY_NUMBERS) or there}")
+        for name in unknown[:_MOST_UNEXPECTED]
+    ]

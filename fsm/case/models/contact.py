@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, ClassVar, Final, NamedTuple, NoReturn, Self
+from typing import Annotated, Any, ClassVar, Final, NamedTuple, Self
 
 from pydantic import (
     AfterValidator,
@@ -17,13 +17,10 @@ from pydantic import (
     model_serializer,
     model_validator,
 )
-from pydantic_core import PydanticCustomError
 
-from fsm.case.models.added_laws import check_law, check_parameters, only_given, with_parameters
-from fsm.case.models.law_keys import LawKeys, check_key, mark_missing, without_unused
-from fsm.case.schema.model import Model
+from fsm.case.models.law_keys import MISSING, LawKeys, LawSection, check_key, refuse
 from fsm.case.schema.units import Count, Damping, Length, Number, Speed, Stress, Unit
-from fsm.registry import CONTACT_LAWS, FRICTION_LAWS
+from fsm.registry import CONTACT_LAWS, FRICTION_LAWS, AddedLaw
 
 _MATERIAL = ("young", "poisson", "radius")
 _RESTITUTION = LawKeys(("restitution",), ("exponent", "speed_floor", *_MATERIAL))
@@ -86,22 +83,18 @@ def with_stiffness(written: Mapping[str, Any], force: float, depth: float) -> Ma
     return {**written, "stiffness": _Derived(stiffness)}
 
 
-def _refuse(text: str) -> NoReturn:
-    raise PydanticCustomError("quantity", "{text}", {"text": text})
-
-
 def _one_or_two(value: object) -> object:
     if not isinstance(value, list | tuple):
         return (value,)
     if not value:
-        _refuse("has no value; give one value for both bodies, or two values")
+        refuse("has no value; give one value for both bodies, or two values")
     return value
 
 
 def _above_zero(value: float) -> float:
     if not 0.0 < value <= 1.0:
         hint = "; a value of 0 needs infinite damping, give 0.01 instead" if value == 0.0 else ""
-        _refuse(f"must be above 0 and at most 1; it is {value:g}{hint}")
+        refuse(f"must be above 0 and at most 1; it is {value:g}{hint}")
     return value
 
 
@@ -111,7 +104,7 @@ _Radius = Annotated[tuple[Annotated[Length, Field(gt=0)], ...], Field(max_length
 _SlipDamping = Annotated[float, Unit("s/m")]
 
 
-class Contact(Model):
+class Contact(LawSection):
     """Normal contact of faces.
 
     With the penetration d and its rate d' (positive while closing), the laws are:
@@ -172,27 +165,21 @@ class Contact(Model):
     parameters: dict[str, Any] | None = Field(default=None, description="parameters of the law of an extension")
 
     @classmethod
+    def added(cls, name: object) -> Mapping[str, AddedLaw]:
+        """See `LawSection`."""
+        return CONTACT_LAWS
+
+    @classmethod
     def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:
-        """Section with its law and its exponent, and with `MISSING` for required keys that are missing; see `Model`."""
+        """Section with its law and its exponent; see `LawSection`."""
         data = dict(written)
         if data.get("restitution") is not None:
             data.setdefault("law", "restitution")
-        law = data.get("law", "hertz")
-        if law == "linear":
+        if data.get("law") == "linear":
             data.setdefault("exponent", 1.0)
         if "stiffness" not in data and any(data.get(key) is not None for key in _MATERIAL):
-            data = mark_missing({**data, "stiffness": _FROM_MATERIAL}, {"": LawKeys(_MATERIAL)}, "")
-        return mark_missing(with_parameters(data, law, CONTACT_LAWS), NORMAL_KEYS, law)
-
-    @field_validator("law", mode="before")
-    @classmethod
-    def _known(cls, value: Any) -> Any:
-        return check_law(value, NORMAL_KEYS, CONTACT_LAWS)
-
-    @field_validator("parameters", mode="before")
-    @classmethod
-    def _of_law(cls, value: Any, info: ValidationInfo) -> Any:
-        return check_parameters(value, info.data.get("law"), CONTACT_LAWS, info)
+            data = {**dict.fromkeys(_MATERIAL, MISSING), **data, "stiffness": _FROM_MATERIAL}
+        return super().completed(data)
 
     _used = field_validator("*", mode="before")(check_key(NORMAL_KEYS))
 
@@ -202,7 +189,7 @@ class Contact(Model):
         parts = [info.data.get(key) for key in _MATERIAL]
         if value is not _FROM_MATERIAL:
             if any(part is not None for part in parts):
-                _refuse("is given together with `young`, `poisson` or `radius` of Hertz' formula; remove one of the two")
+                refuse("is given together with `young`, `poisson` or `radius` of Hertz' formula; remove one of the two")
             derived = isinstance(value, _Derived)
             if derived and 0.0 < value.number < math.inf:
                 return value.number
@@ -212,7 +199,7 @@ class Contact(Model):
             return 1.0  # another message reports the faulty value
         if info.data.get("exponent", 1.5) != 1.5:
             exponent = f"the exponent is {info.data['exponent']:g}"
-            _refuse(f"Hertz' formula requires the exponent 1.5; {exponent}; give `stiffness` instead of `young`")
+            refuse(f"Hertz' formula requires the exponent 1.5; {exponent}; give `stiffness` instead of `young`")
         return hertz_stiffness(young, poisson, radius)
 
     @model_validator(mode="after")
@@ -225,14 +212,13 @@ class Contact(Model):
 
     @model_serializer(mode="wrap")
     def _without_unused(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        data = dump(self)
-        data = without_unused(data, NORMAL_KEYS) if self.law in NORMAL_KEYS else only_given(self, data)
+        data = self.used(dump(self))
         if self.young is not None:
             del data["stiffness"]
         return data
 
 
-class Friction(Model):
+class Friction(LawSection):
     """Coulomb friction.
 
     "step": two STEP branches, from 0 to mu_static at v_static, then to mu_dynamic at v_dynamic (the ADAMS law);
@@ -284,20 +270,9 @@ class Friction(Model):
     parameters: dict[str, Any] | None = Field(default=None, description="parameters of the law of an extension")
 
     @classmethod
-    def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:
-        """Section with `MISSING` for required keys that are missing; see `Model`."""
-        law = written.get("law", "step")
-        return mark_missing(with_parameters(written, law, FRICTION_LAWS), FRICTION_KEYS, law)
-
-    @field_validator("law", mode="before")
-    @classmethod
-    def _known(cls, value: Any) -> Any:
-        return check_law(value, FRICTION_KEYS, FRICTION_LAWS)
-
-    @field_validator("parameters", mode="before")
-    @classmethod
-    def _of_law(cls, value: Any, info: ValidationInfo) -> Any:
-        return check_parameters(value, info.data.get("law"), FRICTION_LAWS, info)
+    def added(cls, name: object) -> Mapping[str, AddedLaw]:
+        """See `LawSection`."""
+        return FRICTION_LAWS
 
     _used = field_validator("*", mode="before")(check_key(FRICTION_KEYS))
 
@@ -334,5 +309,4 @@ class Friction(Model):
 
     @model_serializer(mode="wrap")
     def _without_unused(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        data = dump(self)
-        return without_unused(data, FRICTION_KEYS) if self.law in FRICTION_KEYS else only_given(self, data)
+        return self.used(dump(self))

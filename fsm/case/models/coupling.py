@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from fsm.case.models.added_laws import check_law, check_parameters, with_parameters
+from fsm.case.models.law_keys import LawSection
 from fsm.case.schema.model import Model, Name
 from fsm.case.schema.units import Angle, AngularDamping, AngularStiffness, Damping, Force, Length, Moment, Stiffness
 from fsm.registry import COUPLINGS, AddedLaw
@@ -77,12 +77,10 @@ OWN_COUPLINGS = {"gear": AddedLaw(2, Gear, "gear"), "rack": AddedLaw(2, Rack, "r
 """Kinds of the package, with their number of joints as law; `fsm.model.compile.compile_couplings` has their kernels."""
 
 
-def _kinds() -> dict[str, AddedLaw]:
-    return OWN_COUPLINGS | COUPLINGS
-
-
-class SceneCoupling(Model):
+class SceneCoupling(LawSection):
     """Element on the coordinates of joints, measured from the start."""
+
+    chosen_by: ClassVar[str] = "kind"
 
     name: Name = Field(description="name of the element")
     kind: str = Field(
@@ -106,25 +104,15 @@ class SceneCoupling(Model):
         return 1.0, -float((self.parameters or {})["ratio"])
 
     @classmethod
-    def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:
-        """Element with an empty section for the parameters of its kind, so that missing ones are found; see `Model`."""
-        return with_parameters(written, written.get("kind"), _kinds())
-
-    @field_validator("kind", mode="before")
-    @classmethod
-    def _known(cls, value: Any) -> Any:
-        return check_law(value, OWN_COUPLINGS, COUPLINGS)
+    def added(cls, name: object) -> Mapping[str, AddedLaw]:
+        """See `LawSection`."""
+        return OWN_COUPLINGS | COUPLINGS
 
     @field_validator("joints")
     @classmethod
     def _count(cls, value: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
-        known = _kinds().get(info.data.get("kind", ""))
+        known = cls.added(None).get(info.data.get("kind", ""))
         wanted = len(value) if known is None else known.law if isinstance(known.law, int) else known.law.joints
         if len(value) != wanted:
             raise ValueError(f"{len(value)} joints; a coupling of kind {info.data['kind']!r} has {wanted}")
         return value
-
-    @field_validator("parameters", mode="before")
-    @classmethod
-    def _of_kind(cls, value: Any, info: ValidationInfo) -> Any:
-        return check_parameters(value, info.data.get("kind"), _kinds(), info, "kind")

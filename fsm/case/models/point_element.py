@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from fsm.case.models.added_laws import check_kind, check_parameters, with_parameters
+from fsm.case.models.law_keys import LawSection
 from fsm.case.schema.model import Model, Name
 from fsm.case.schema.units import Length
-from fsm.registry import POINT_KINDS
+from fsm.registry import POINT_KINDS, AddedLaw
 
 
 class BodyPoint(Model):
@@ -25,8 +25,10 @@ class BodyPoint(Model):
     )
 
 
-class PointElement(Model):
+class PointElement(LawSection):
     """Element of a kind that an extension adds, between points."""
+
+    chosen_by: ClassVar[str] = "kind"
 
     name: Name = Field(description="name of the element")
     kind: str = Field(description="name of the kind", json_schema_extra={"range": "a kind of an extension"})
@@ -36,14 +38,9 @@ class PointElement(Model):
     parameters: dict[str, Any] | None = Field(default=None, description="parameters of the kind")
 
     @classmethod
-    def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:
-        """Element with an empty section for the parameters of its kind, so that missing ones are found; see `Model`."""
-        return with_parameters(written, written.get("kind"), POINT_KINDS)
-
-    @field_validator("kind", mode="before")
-    @classmethod
-    def _known(cls, value: Any) -> Any:
-        return check_kind(value, POINT_KINDS)
+    def added(cls, name: object) -> Mapping[str, AddedLaw]:
+        """See `LawSection`."""
+        return POINT_KINDS
 
     @field_validator("points")
     @classmethod
@@ -52,8 +49,3 @@ class PointElement(Model):
         if known is not None and len(value) != known.law.points:
             raise ValueError(f"{len(value)} points; an element of kind {info.data['kind']!r} has {known.law.points}")
         return value
-
-    @field_validator("parameters", mode="before")
-    @classmethod
-    def _of_kind(cls, value: Any, info: ValidationInfo) -> Any:
-        return check_parameters(value, info.data.get("kind"), POINT_KINDS, info, "kind")

@@ -8,16 +8,16 @@ direction), z normal to it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypedDict, Unpack
 
-from pydantic import Field, PrivateAttr, ValidationInfo, field_validator
+from pydantic import Field, PrivateAttr
 
-from fsm.case.models.added_laws import check_element_law, check_parameters, with_parameters
 from fsm.case.models.contact import Contact, Friction
 from fsm.case.models.cord import SceneCord
 from fsm.case.models.coupling import SceneCoupling
 from fsm.case.models.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, SceneSeam
 from fsm.case.models.joint import SceneJoint
+from fsm.case.models.law_keys import LawSection
 from fsm.case.models.loads import Drive, Load
 from fsm.case.models.materials import Crease
 from fsm.case.models.obstacle import Obstacle
@@ -42,7 +42,7 @@ from fsm.case.schema.units import (
     Stiffness,
     Unit,
 )
-from fsm.registry import ELEMENT_LAWS, geometries
+from fsm.registry import ELEMENT_LAWS, AddedLaw, geometries
 
 if TYPE_CHECKING:
     from fsm.case.models.chambers import Chamber, PanelSurface
@@ -104,7 +104,7 @@ class Body(Model):
     )
 
 
-class ForceElement(Model):
+class ForceElement(LawSection):
     """Force element with six springs and dampers between two bodies (Li and Huang, 2025, eqs. 1 to 14; docs/theory.md).
 
     The element acts between P+ on the inner body and P- on the outer body. The translation is Z = B_b^T A_b^T (p_a - p_b),
@@ -203,26 +203,14 @@ class ForceElement(Model):
     parameters: dict[str, Any] | None = Field(default=None, description="parameters of this law")
 
     @classmethod
-    def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:
-        """Element with an empty section for the parameters of its law, so that missing parameters are found; see
-        `Model`.
-        """
-        return with_parameters(written, written.get("law"), ELEMENT_LAWS)
+    def added(cls, name: object) -> Mapping[str, AddedLaw]:
+        """See `LawSection`."""
+        return ELEMENT_LAWS
 
     @property
     def twist_stiffness(self) -> float:
         """Stiffness of the linear spring about e2, with the half segments in series, N m/rad."""
         return self.rotation[1] / (1.0 + self.rotation[1] * self.crease_flexibility)
-
-    @field_validator("law", mode="before")
-    @classmethod
-    def _known(cls, value: Any) -> Any:
-        return check_element_law(value, ELEMENT_LAWS)
-
-    @field_validator("parameters", mode="before")
-    @classmethod
-    def _of_law(cls, value: Any, info: ValidationInfo) -> Any:
-        return check_parameters(value, info.data.get("law"), ELEMENT_LAWS, info)
 
 
 class Surface(Model):
@@ -247,13 +235,15 @@ class PlateGroup(Model):
     )
 
 
-class ContactPair(Model):
+class ContactPair(LawSection):
     """Pair of objects with contact: surfaces, bodies with a plate or groups of these, and an obstacle on at most one side;
     or two bodies with a geometry of an extension.
 
     Contact of a surface with a plate, a group or an obstacle uses the rigid plates of the surface. Every plate of a group
     has contact with the other side. In a pair of a group with itself, every plate has contact with every other plate.
     """
+
+    chosen_by: ClassVar[str] = "geometry"
 
     first: str = Field(
         description="first side: a surface, a body with a plate, a group, a film, a cable, a beam, or an obstacle"
@@ -276,19 +266,22 @@ class ContactPair(Model):
     parameters: dict[str, Any] | None = Field(default=None, description="parameters of this geometry")
 
     @classmethod
-    def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:
-        """Pair with an empty section for the parameters of its geometry, so that missing ones are found; see `Model`."""
-        return with_parameters(written, written.get("geometry"), geometries(written.get("geometry")))
+    def added(cls, name: object) -> Mapping[str, AddedLaw]:
+        """See `LawSection`."""
+        return geometries(name)
 
-    @field_validator("geometry", mode="before")
-    @classmethod
-    def _known(cls, value: Any) -> Any:
-        return check_element_law(value, geometries(value))
 
-    @field_validator("parameters", mode="before")
-    @classmethod
-    def _of_geometry(cls, value: Any, info: ValidationInfo) -> Any:
-        return check_parameters(value, info.data.get("geometry"), geometries(info.data.get("geometry")), info, "geometry")
+class BuiltParts(TypedDict, total=False):
+    """Parts of a scene that only builders give; see the properties of `Scene`."""
+
+    facets: FlexibleFacets
+    folds: FoldData
+    touching: TouchingSheet | None
+    across_cuts: tuple[tuple[int, int], ...]
+    actions: tuple[tuple[Any, ...], ...]
+    chambers: tuple[Chamber, ...]
+    orifices: tuple[Orifice, ...]
+    panels_of_gas: PanelSurface | None
 
 
 class Scene(Model):
@@ -341,60 +334,37 @@ class Scene(Model):
         """Whether there are parts with nodes: films, cables, beams, trusses or flexible facets."""
         return bool(self.films or self.cables or self.beams or self.trusses) or self._facets is not None
 
+    def with_parts(self, **parts: Unpack[BuiltParts]) -> Scene:
+        """Copy of the scene with parts that only builders give."""
+        scene = self.model_copy()
+        for name, part in parts.items():
+            setattr(scene, f"_{name}", part)
+        return scene
+
     @property
     def facets(self) -> FlexibleFacets | None:
         """Flexible facets of a sheet; only the builder of a sheet gives them."""
         return self._facets
-
-    def with_facets(self, facets: FlexibleFacets) -> Scene:
-        """Copy of the scene with flexible facets."""
-        scene = self.model_copy()
-        scene._facets = facets
-        return scene
 
     @property
     def folds(self) -> FoldData | None:
         """Folds of the truss of a sheet of bars, instead of its linear springs; only the builder of a sheet gives them."""
         return self._folds
 
-    def with_folds(self, folds: FoldData) -> Scene:
-        """Copy of the scene with the folds of its truss."""
-        scene = self.model_copy()
-        scene._folds = folds
-        return scene
-
     @property
     def touching(self) -> TouchingSheet | None:
         """Surface of a sheet with contact; only the builder of a sheet gives it."""
         return self._touching
-
-    def with_touching(self, surface: TouchingSheet | None) -> Scene:
-        """Copy of the scene with the surface of a sheet for contact."""
-        scene = self.model_copy()
-        scene._touching = surface
-        return scene
 
     @property
     def across_cuts(self) -> tuple[tuple[int, int], ...]:
         """Pairs of facets of a sheet across a cut, which have no contact where they touch at the start; numbers from 0."""
         return self._across_cuts
 
-    def with_across_cuts(self, pairs: tuple[tuple[int, int], ...]) -> Scene:
-        """Copy of the scene with the pairs of facets across the cuts of its sheet."""
-        scene = self.model_copy()
-        scene._across_cuts = pairs
-        return scene
-
     @property
     def actions(self) -> tuple[tuple[Any, ...], ...]:
         """Actions of all events (`fsm.case.derived.event_words.Action`)."""
         return self._actions
-
-    def with_actions(self, actions: tuple[tuple[Any, ...], ...]) -> Scene:
-        """Copy of the scene with the actions of all events."""
-        scene = self.model_copy()
-        scene._actions = actions
-        return scene
 
     @property
     def chambers(self) -> tuple[Chamber, ...]:
@@ -410,11 +380,3 @@ class Scene(Model):
     def panels_of_gas(self) -> PanelSurface | None:
         """Closed surfaces of rigid panels around the chambers; None if the sheet has nodes."""
         return self._panels_of_gas
-
-    def with_chambers(
-        self, chambers: tuple[Chamber, ...], orifices: tuple[Orifice, ...], panels: PanelSurface | None = None
-    ) -> Scene:
-        """Copy of the scene with chambers of gas."""
-        scene = self.model_copy()
-        scene._chambers, scene._orifices, scene._panels_of_gas = chambers, orifices, panels
-        return scene

@@ -21,10 +21,9 @@ from fsm.case.pattern_files.fold_frames import (
     with_edges,
 )
 from fsm.case.pattern_files.folded_frame import FLAT, NEAR, folded_pattern
-from fsm.case.pattern_files.lines import TOLERANCE, Line, others
 from fsm.case.pattern_files.pattern import Pattern
 from fsm.case.pattern_files.planar import planar_pattern
-from fsm.case.pattern_files.reading import PatternFault, Reading
+from fsm.case.pattern_files.reading import TOLERANCE, Line, PatternFault, Reading, others
 
 
 def read_fold(text: str, scale: float | None, number: int | None = None, reading: Reading | None = None) -> Pattern:

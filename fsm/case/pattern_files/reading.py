@@ -1,12 +1,42 @@
-"""Choices of a section [sheet] for the reading of its pattern file, and faults of a pattern with their places."""
+"""Lines of crease patterns as files give them, choices of a section [sheet] for their reading, and faults with places."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+
+TOLERANCE = 1e-3
+"""Distance relative to the size of the pattern below which points are one vertex."""
+RANK = "BCMVUFJ"
+"""Letters in the order in which they replace each other where lines coincide."""
+
+
+class Line(NamedTuple):
+    """Straight line of a pattern: ends (2,), letter, and fold angle in the folded state, rad (NaN: none)."""
+
+    first: tuple[float, float]
+    last: tuple[float, float]
+    letter: str
+    target: float
+
+
+def unit_targets(letter: str, part: float = 1.0) -> float:
+    """Fold angle of an assignment: a part of 180 degrees for mountains and valleys; NaN for unassigned creases."""
+    return {"M": -math.pi * part, "V": math.pi * part, "U": math.nan}.get(letter, 0.0)
+
+
+def counted(number: int, one: str, many: str) -> str:
+    """Number with its noun."""
+    return f"{number:,} {one if number == 1 else many}"
+
+
+def others(count: int, what: str = "place") -> str:
+    """Text on further places of a fault."""
+    return f" ({counted(count - 1, f'other {what}', f'other {what}s')} too)" if count > 1 else ""
 
 
 @dataclass(frozen=True)

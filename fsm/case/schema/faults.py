@@ -10,8 +10,8 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from fsm.case.schema.known_names import meant
 from fsm.case.schema.schema import Place, locate, tags
-from fsm.case.schema.synonyms import meant
 from fsm.case.schema.units import SYSTEMS, did_you_mean, parse_unit, unit_in, with_unit
 from fsm.errors import Fault
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from fsm.results.film import Floats
 from fsm.results.solution import Solution
-from fsm.views.exporters.mesh import Mesh, mesh_of, playback
 from fsm.views.exporters.registry import exporter
+from fsm.views.plots.mesh import Mesh, mesh_of, playback
 
 _FRAMES = 100
 """Largest number of frames; the file grows with points times frames."""

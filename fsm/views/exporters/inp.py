@@ -17,8 +17,8 @@ from fsm.builders.patterns.flexible_mesh import mesh_of_result
 from fsm.errors import CaseError
 from fsm.results.film import Integers
 from fsm.results.solution import BEAM, FILM, JOINT_AXIS, LINE, LINK, Solution
-from fsm.views.exporters.mesh import Mesh, mesh_of
 from fsm.views.exporters.registry import exporter
+from fsm.views.plots.mesh import Mesh, mesh_of
 
 _TYPES = {4: "S4", 3: "S3", 2: "T3D2"}
 _JOINED = 1e-3

@@ -14,8 +14,8 @@ import h5py
 import numpy as np
 
 from fsm.results.solution import Solution
-from fsm.views.exporters.mesh import Mesh, mesh_of
 from fsm.views.exporters.registry import exporter
+from fsm.views.plots.mesh import Mesh, mesh_of
 
 _TYPES = {2: 3, 3: 5, 4: 9}
 """VTK's numbers of a line, a triangle and a quadrilateral, by the number of corners."""

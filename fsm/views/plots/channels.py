@@ -1,4 +1,4 @@
-"""Channels of a result over travel or time, one diagram for each unit."""
+"""Channels of a result over travel or time, one diagram for each unit; those of `report`, and motorisation margins."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from matplotlib.figure import Figure
 
 from fsm.errors import CaseError
 from fsm.results.channel import select_channels
+from fsm.results.reported import ROUND_OFF, columns_of, reactions, shown_name
 from fsm.results.solution import Solution
-from fsm.views.plots.drawing import line_width
+from fsm.views.plots.drawing import line_width, points
 from fsm.views.plots.legend import HANDLE_WIDTH, ROW_HEIGHT, name_width
-from fsm.views.plots.style import COLOURS, DASHES, GREY, WIDE, abscissa, figure, figure_unit, shortened
+from fsm.views.plots.style import COLOURS, DASHES, GREY, WIDE, abscissa, figure, figure_unit, rounded, shortened
 
 Diagrams = dict[tuple[str, str], dict[str, np.ndarray]]
 _MOST = len(COLOURS) * len(DASHES)
@@ -119,3 +120,53 @@ def name_lines(fig: Figure, ax: Axes) -> None:
     rows = -(-len(names) // columns)
     fig.set_figheight(fig.get_figheight() + rows * ROW_HEIGHT * size / 72.0)
     ax.legend(lines, names, loc="lower left", bbox_to_anchor=(0.0, 1.01), borderaxespad=0.0, ncols=columns)
+
+
+def plot_report(solution: Solution, path: str | Path) -> None:
+    """Draw the diagrams of `report_diagrams` over time, with dotted lines where latches close and open."""
+    marks: dict[str, list[float]] = {}
+    for event in solution.summary.get("joint_events", ()):
+        if event["what"].startswith("latch"):
+            marks.setdefault(event["what"], []).append(event["time"])
+    draw_diagrams(path, solution.time, "time (s)", report_diagrams(solution), marks)
+
+
+def report_diagrams(solution: Solution) -> Diagrams:
+    """Channels of `report`, one diagram for each unit; without `report` in the case, then the sizes of the reactions of all
+    ideal joints.
+    """
+    labels = [str(row["name"]) for row in solution.summary.get("report", ())]
+    diagrams: Diagrams = {}
+    for label, (unit, values) in columns_of(solution.channels, labels).items():
+        diagrams.setdefault((unit, QUANTITY.get(unit, "value")), {})[shown_name(label)] = values
+    if not solution.layout.case.get("report"):
+        for name, sizes in reactions(solution.channels).items():
+            for kind, unit, values in zip(("force", "moment"), ("N", "N m"), sizes, strict=True):
+                if values.max(initial=0.0) > ROUND_OFF:
+                    diagrams.setdefault((unit, f"{kind} of joints"), {})[name] = values
+    return diagrams
+
+
+def plot_margin(solution: Solution, path: str | Path) -> None:
+    """Draw the available moment of every joint over its angle, dashed the required one, and a dot at the smallest margin."""
+    rows = solution.summary["margins"]
+    unit = figure_unit("N m", [max(max(row["curve"]["available"]), max(row["curve"]["required"])) for row in rows])
+    turn = figure_unit("rad", [max(map(abs, row["curve"]["angle"])) for row in rows])
+    with figure(path, (WIDE[0], 3.2)) as fig:
+        ax = fig.add_subplot()
+        for k, row in enumerate(rows):
+            curve = {key: np.array(values) for key, values in row["curve"].items()}
+            colour, _ = line_of(k, len(rows))
+            angle, text = turn.factor * curve["angle"], "none required" if row["margin"] is None else rounded(row["margin"])
+            style = {"color": colour, "linewidth": line_width(1.2)}
+            ax.plot(angle, unit.factor * curve["available"], label=f"{shortened(row['joint'])}: margin {text}", **style)
+            ax.plot(angle, unit.factor * curve["required"], "--", label="_", **style)
+            ax.plot(turn.factor * row["angle"], unit.factor * row["available"], "o", color=colour, markersize=points(4.0))
+        ax.plot([], [], color=GREY, label="available")
+        ax.plot([], [], "--", color=GREY, label="required")
+        ax.set_xlabel(f"angle ({turn.name})")
+        ax.set_ylabel(f"moment ({unit.name})")
+        ax.set_ylim(bottom=0.0)
+        if rows[0]["curve"]["angle"][0] > rows[0]["curve"]["angle"][-1]:
+            ax.invert_xaxis()  # the motion is to the right
+        name_lines(fig, ax)

@@ -31,50 +31,39 @@ def _later(module: str, name: str) -> Plot:
     return plot
 
 
-_ALL: dict[str, Plot] = {
-    "report.png": _later("report", "plot_report"),
-    "margin.png": _later("margin", "plot_margin"),
-    "force.png": _later("force", "plot_force"),
-    "load.png": _later("load", "plot_load"),
-    "motion.png": _later("motion", "plot_motion"),
-    "energy.png": _later("energy", "plot_energy"),
-    "contact.png": _later("contact_map", "plot_contact_map"),
-    "history.png": _later("vibration", "plot_history"),
-    "spectrum.png": _later("vibration", "plot_spectrum"),
-    "modes.png": _later("vibration", "plot_modes"),
-    "tension.png": _later("vibration", "plot_tension"),
-    "points.png": _later("scissor", "plot_points"),
-    "rigid.png": _later("scissor", "plot_rigid"),
-    "synchronism.png": _later("scissor", "plot_synchronism"),
-    "stress.png": _later("scissor", "plot_stress"),
-    "motion.gif": _later("animation", "animate"),
+_ALL: dict[str, tuple[Plot, Callable[[Solution], bool]]] = {
+    "report.png": (
+        _later("channels", "plot_report"),
+        lambda run: len(run) > 1 and bool(run.summary.get("report") or run.summary.get("reactions")),
+    ),
+    "margin.png": (_later("channels", "plot_margin"), lambda run: bool(run.summary.get("margins"))),
+    "force.png": (_later("force", "plot_force"), lambda run: bool(run.travel.shape[1])),
+    "load.png": (_later("load", "plot_load"), lambda run: run.load_path is not None and bool(run.load_path.names)),
+    "motion.png": (_later("motion", "plot_motion"), lambda run: not _is_film(run) and run.shape.size > 0),
+    "energy.png": (_later("energy", "plot_energy"), lambda run: len(run) > 1),
+    "contact.png": (_later("contact_map", "plot_contact_map"), lambda run: bool(touching_pairs(run.pair_force))),
+    "history.png": (_later("vibration", "plot_history"), lambda run: _is_film(run) and len(run.samples.time) > 1),
+    "spectrum.png": (_later("vibration", "plot_spectrum"), lambda run: _is_film(run) and len(run.samples.time) > 1),
+    "modes.png": (_later("vibration", "plot_modes"), lambda run: _is_film(run)),
+    "tension.png": (_later("vibration", "plot_tension"), lambda run: _is_film(run)),
+    "points.png": (_later("scissor", "plot_points"), lambda run: run.array is not None),
+    "rigid.png": (_later("scissor", "plot_rigid"), lambda run: run.array is not None and run.array.rigid is not None),
+    "synchronism.png": (
+        _later("scissor", "plot_synchronism"), lambda run: run.array is not None and len(run.array.upper) > 2
+    ),
+    "stress.png": (_later("scissor", "plot_stress"), lambda run: run.array is not None and run.array.stress.shape[1] > 0),
+    "motion.gif": (_later("movie", "write_gif"), lambda run: run.array is not None),
 }
+"""Figures by the names of their files, with the results that have them."""
+
+
+def _is_film(run: Solution) -> bool:
+    return run.layout.film is not None
 
 
 def figures_of(solution: Solution) -> dict[str, Plot]:
     """File names of the figures of a result, with the functions that draw them."""
-    film = solution.layout.film is not None
-    array = solution.array
-    moves = len(solution) > 1
-    applies = {
-        "report.png": moves and bool(solution.summary.get("report") or solution.summary.get("reactions")),
-        "margin.png": bool(solution.summary.get("margins")),
-        "force.png": bool(solution.travel.shape[1]),
-        "load.png": solution.load_path is not None and bool(solution.load_path.names),
-        "motion.png": not film and solution.shape.size > 0,
-        "energy.png": moves,
-        "contact.png": bool(touching_pairs(solution.pair_force)),
-        "history.png": film and len(solution.samples.time) > 1,
-        "spectrum.png": film and len(solution.samples.time) > 1,
-        "modes.png": film,
-        "tension.png": film,
-        "points.png": array is not None,
-        "rigid.png": array is not None and array.rigid is not None,
-        "synchronism.png": array is not None and len(array.upper) > 2,
-        "stress.png": array is not None and array.stress.shape[1] > 0,
-        "motion.gif": array is not None,
-    }
-    return {name: _ALL[name] for name, drawn in applies.items() if drawn}
+    return {name: plot for name, (plot, applies) in _ALL.items() if applies(solution)}
 
 
 def draw(solution: Solution, folder: Path, alone: bool = False) -> list[Path]:

@@ -58,12 +58,15 @@ def obstacle_outlines(solution: Solution, record: int, centre: Floats, reach: fl
         raise CaseError(f"the case in this result is damaged: its obstacles cannot be drawn ({error!r})") from error
 
 
-def _outlines(solution: Solution, record: int, centre: Floats, reach: float) -> list[ObstacleOutline]:
-    case = solution.layout.case
+def obstacles_of(case: dict[str, Any]) -> list[dict[str, Any]]:
+    """Obstacles of a case, or of its scene."""
     scene = case.get("scene")
-    obstacles = case.get("obstacle", []) or (scene.get("obstacles", []) if isinstance(scene, dict) else [])
+    return list(case.get("obstacle", []) or (scene.get("obstacles", []) if isinstance(scene, dict) else []))
+
+
+def _outlines(solution: Solution, record: int, centre: Floats, reach: float) -> list[ObstacleOutline]:
     outlines = []
-    for obstacle in obstacles:
+    for obstacle in obstacles_of(solution.layout.case):
         turn = _rotation(obstacle.get("orientation", (1.0, 0.0, 0.0, 0.0)))
         at = np.array(obstacle.get("position", (0.0, 0.0, 0.0)))
         body = _pose(solution, record, obstacle.get("body"))

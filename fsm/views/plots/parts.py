@@ -1,4 +1,4 @@
-"""Colours and names of the parts of a structure, and the outlines of their facets."""
+"""Colours and names of the parts of a structure, outlines of their facets, and squares of a lattice in their plane."""
 
 from __future__ import annotations
 
@@ -125,3 +125,30 @@ def _without_repeats(corners: Floats) -> Floats:
     apart = np.abs(corners - np.roll(corners, 1, axis=0)).max(axis=1)
     kept = corners[apart > 1e-9 * (float(np.max(np.ptp(corners, axis=0))) or 1.0)]
     return kept if len(kept) > 2 else corners
+
+
+def vertical_axis(solution: Solution) -> str:
+    """Name of the vertical axis in the case: y for a scissor array, else z."""
+    return "y" if "scissor" in solution.layout.case else "z"
+
+
+def lattice_squares(solution: Solution, shape: Floats) -> Floats | None:
+    """Corners of the squares of a lattice, from their middle planes in the result; None for other structures.
+
+    Parameters
+    ----------
+    solution : Solution
+    shape : (..., squares, 4, 3) array, m
+        Middle planes in some of the records.
+
+    Returns
+    -------
+    (..., squares, 4, 3) array, m
+        Corners in order around each square, seen along y.
+    """
+    if "lattice" not in solution.layout.case:
+        return None
+    start, end = shape[..., [0, 3], :].mean(axis=-2), shape[..., [1, 2], :].mean(axis=-2)
+    half = 0.5 * (end - start)
+    across = np.stack([-half[..., 2], half[..., 1], half[..., 0]], axis=-1)
+    return np.stack([start - across, end - across, end + across, start + across], axis=-2)

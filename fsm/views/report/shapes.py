@@ -11,8 +11,8 @@ import numpy as np
 from fsm.errors import CaseError
 from fsm.results.film import Floats, Integers
 from fsm.results.solution import BEAM, FILM, JOINT_AXIS, LINE, LINK, Solution
-from fsm.views.plots.obstacles import obstacle_outlines
-from fsm.views.plots.plane import lattice_squares
+from fsm.views.plots.obstacles import obstacle_outlines, obstacles_of
+from fsm.views.plots.parts import lattice_squares
 from fsm.views.report.packing import pack_floats, pack_integers, pack_levels
 
 if TYPE_CHECKING:
@@ -269,7 +269,7 @@ def _obstacles(solution: Solution, records: Integers, size: float) -> list[dict[
     low, high = everything.min(axis=0), everything.max(axis=0)
     try:
         first = obstacle_outlines(solution, int(records[0]), (low + high) / 2, 0.75 * size)
-        names = [str(one.get("name", "obstacle")) for one in _described(solution)]
+        names = [str(one.get("name", "obstacle")) for one in obstacles_of(solution.layout.case)]
         found = []
         for k, outline in enumerate(first):
             over = records if outline.moves else records[:1]
@@ -285,14 +285,6 @@ def _obstacles(solution: Solution, records: Integers, size: float) -> list[dict[
     except CaseError:
         return []
     return found
-
-
-def _described(solution: Solution) -> list[dict[str, Any]]:
-    """Obstacles in the case, as `obstacle_outlines` finds them."""
-    case = solution.layout.case
-    scene = case.get("scene")
-    found = case.get("obstacle", []) or (scene.get("obstacles", []) if isinstance(scene, dict) else [])
-    return list(found)
 
 
 def _modes(solution: Solution, first: Integers) -> list[dict[str, Any]]:

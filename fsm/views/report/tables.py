@@ -274,7 +274,7 @@ def describe_case(solution: Solution) -> list[list[str]]:
             ["extensions", f"{', '.join(map(str, case['extensions']))}; they are not executed, so no model is described"],
         ]
     from fsm.case.loading.load_case import read_case
-    from fsm.check.describe import describe
+    from fsm.check.report import describe
 
     if isinstance(case.get("save"), dict):
         case["save"] = {key: value for key, value in case["save"].items() if key != "channels"}

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import base64
 import html
+import importlib.util
+import io
 import secrets
-from collections.abc import Mapping, Sequence
+import zipfile
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
@@ -14,22 +17,64 @@ from typing import Any
 import matplotlib
 import numpy as np
 
-from fsm.errors import CaseError
+from fsm.errors import CaseError, FsmError
 from fsm.io.atomic_write import atomic_write
 from fsm.io.version import fsm_version
 from fsm.results.find import find_results
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
-from fsm.views.plots.plane import lattice_squares
+from fsm.views.plots.parts import lattice_squares
 from fsm.views.plots.style import COLOURS, evolution
 from fsm.views.report.compare import comparison
 from fsm.views.report.fields import arrows_of, colours_of, contact_marks, joints_of
-from fsm.views.report.libraries import library
 from fsm.views.report.packing import compressed, pack_doubles, pack_floats, pack_integers, safe_json
 from fsm.views.report.plots import curves_of, travel_scale
 from fsm.views.report.quantities import all_channels, channel_data, owners_of_parts
 from fsm.views.report.shapes import creases_of, parts_of, shown_shapes
 from fsm.views.report.tables import sections_of
+
+_THREE_BEGIN, _THREE_END = "<script>", 'Object.defineProperty(t,"__esModule",{value:!0})}));'
+"""Begin and end of three.js in the viewer page of trimesh."""
+
+
+class MissingLibrary(FsmError):
+    """A package with a JavaScript library is not installed, or has another layout."""
+
+    exit_code = 2
+
+
+def _plotly(folder: Path) -> str:
+    return (folder / "package_data" / "plotly.min.js").read_text(encoding="utf-8")
+
+
+def _three(folder: Path) -> str:
+    with zipfile.ZipFile(io.BytesIO((folder / "resources" / "templates" / "viewer.zip").read_bytes())) as archive:
+        page = archive.read("viewer.html.template").decode("utf-8")
+    begin = page.index(_THREE_BEGIN) + len(_THREE_BEGIN)
+    return page[begin : page.index(_THREE_END, begin) + len(_THREE_END)]
+
+
+_READERS: dict[str, tuple[str, Callable[[Path], str]]] = {"plotly": ("plotly", _plotly), "three": ("trimesh", _three)}
+
+
+def library(name: str) -> str:
+    """Source text of a JavaScript library, "plotly" or "three".
+
+    Raises
+    ------
+    MissingLibrary
+        Its package is not installed, or does not contain the library where it is expected.
+    """
+    package, read = _READERS[name]
+    found = importlib.util.find_spec(package)
+    if found is None or not found.submodule_search_locations:
+        raise MissingLibrary(f"the package {package} is not installed; a report needs it: pip install {package}")
+    try:
+        return read(Path(next(iter(found.submodule_search_locations))))
+    except (OSError, ValueError, LookupError, zipfile.BadZipFile) as error:
+        text = f"the package {package} does not contain {name}.js where it is expected ({error}); install it again"
+        raise MissingLibrary(text) from error
+
 
 SHAPES, CHANNELS = 3_500_000, 1_500_000
 """Bytes of a page for the shapes and for the channels of all results together."""

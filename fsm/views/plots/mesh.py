@@ -13,13 +13,14 @@ from fsm.results.all_channels import all_channels
 from fsm.results.film import Floats, Integers
 from fsm.results.solution import BEAM, FILM, JOINT_AXIS, LINE, LINK, Solution
 from fsm.text.short_repr import ShortRepr
-from fsm.views.plots.plane import lattice_squares
+from fsm.views.plots.parts import lattice_squares
 
 _SAME = 1e-9
 """Distance of nodes of a film that are one node, relative to the size of the structure."""
 _LONGEST, _SHORTEST = 20.0, 2.0
 """Durations of a motion that is shown in real time, s; others are shown in `_SHOWN` seconds."""
 _SHOWN = 8.0
+_KINDS = {FILM: "film", LINE: "cable", BEAM: "beam", LINK: "body", JOINT_AXIS: "axis of joint"}
 
 
 @dataclass(repr=False)
@@ -144,7 +145,8 @@ def mesh_of(solution: Solution) -> Mesh:
     CaseError
         The result has no plates, films, cables or beams.
     """
-    shape, panel = squares_or_plates(solution), solution.layout.panel
+    squares, panel = lattice_squares(solution, solution.shape), solution.layout.panel
+    shape = solution.shape if squares is None else squares
     if not shape.shape[1]:
         raise CaseError("the result has no plates, films, cables or beams to show; give bodies a `plate`", "export")
     count = shape.shape[1]
@@ -160,20 +162,10 @@ def mesh_of(solution: Solution) -> Mesh:
     cells, points = _joined(cells, points, cells[film & (corners > 2)], size)
     cells[lines, 3], cells[lines, 2] = cells[lines, 0], cells[lines, 1]
     cells[triangles, 3] = cells[triangles, 2]
-    try:
-        names = _names(solution, panel)
-    except (LookupError, TypeError, ValueError, AttributeError) as error:
-        text = f"the case in this result is damaged: its parts cannot be named ({error!r}); run the case again"
-        raise CaseError(text, "export") from error
+    names = _names(solution, panel)
     labels = tuple(dict.fromkeys(names))
     label = np.array([labels.index(name) for name in names], dtype=np.int64)
     return Mesh(solution.time, points, cells, corners, panel, labels, label, solution)
-
-
-def squares_or_plates(solution: Solution) -> Floats:
-    """Corners of all plates (n, plates, 4, 3), m; of a lattice, its squares."""
-    squares = lattice_squares(solution, solution.shape)
-    return np.asarray(solution.shape if squares is None else squares)
 
 
 def playback(time: Floats) -> float:
@@ -206,20 +198,13 @@ def _joined(cells: Integers, points: Floats, of_films: Integers, size: float) ->
 
 
 def _names(solution: Solution, panel: Integers) -> list[str]:
-    """Name of the part of every cell."""
-    case, patch = solution.layout.case, "patch" if solution.layout.film is not None else "panel"
-    single = {FILM: "film", LINE: "cable", BEAM: "beam", LINK: "body", JOINT_AXIS: "axis of joint"}
-    single[0] = "film" if patch == "patch" else "plate"
-    names = [f"{patch} {number}" if number > 0 else single.get(int(number), "plate") for number in panel]
-    bodies = case.get("scene", {}).get("bodies", []) if isinstance(case.get("scene"), dict) else []
-    plates = [str(body.get("name")) for body in bodies if body.get("plate")]
-    free = [k for k, number in enumerate(panel) if number == 0]
-    if patch == "panel" and len(free) == len(plates):
-        for k, name in zip(free, plates, strict=True):
-            names[k] = name
-    if "sheet" in case and not np.any(panel):
-        names = [f"facet {number}" for number in range(1, len(panel) + 1)]
-    if solution.array is not None and len(solution.array.bar_names) and len(panel) % len(solution.array.bar_names) == 0:
-        each = len(panel) // len(solution.array.bar_names)
-        names = [name for name in solution.array.bar_names for _ in range(each)]
-    return names
+    """Name of the part of every cell; older results have names of panels and of kinds only."""
+    film, bars, known = solution.layout.film is not None, (), list(solution.layout.quad_names)
+    if solution.array is not None:
+        bars = solution.array.bar_names
+    if len(bars) and len(panel) % len(bars) == 0:
+        return np.repeat(bars, len(panel) // len(bars)).tolist()
+    if film or len(known) != len(panel):
+        known = ["film" if film else _KINDS.get(number, "plate") for number in panel.tolist()]
+    numbered = "patch" if film else "panel"
+    return [f"{numbered} {number}" if number > 0 else name for number, name in zip(panel.tolist(), known, strict=True)]
