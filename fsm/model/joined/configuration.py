@@ -163,6 +163,10 @@ class JoinedConfiguration(SegmentSystem):
         self._with_frames = [(t, q.copy(), poses), *self._with_frames[:1]]
         return poses
 
+    def poses_over_time(self, times: np.ndarray, q: np.ndarray) -> np.ndarray:
+        """See `Configuration`; frames included."""
+        return np.array([self._poses(float(t), state) for t, state in zip(times, q, strict=True)])
+
     def place(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
