@@ -29,6 +29,7 @@ from fsm.model.nodes.system.system import AncfSystem
 from fsm.model.system.system import SegmentSystem
 from fsm.solve.interface.records import PreviousState
 from fsm.solve.interface.scales import Scales
+from fsm.solve.interface.system import System
 
 if TYPE_CHECKING:
     pass
@@ -220,6 +221,10 @@ class JoinedConfiguration(SegmentSystem):
         across[:, 0, 1] = self.lines.half
         bands = np.concatenate([ends - across, (ends + across)[:, ::-1]], axis=1)
         return np.concatenate([super().shape(t, q), self.elements.shape(t, nodes), bands])
+
+    def shapes(self, times: np.ndarray, q: np.ndarray) -> np.ndarray:
+        """See `System`."""
+        return System.shapes(self, times, q)
 
     def worst_body(self, vector: np.ndarray) -> str:
         """See `System`."""
