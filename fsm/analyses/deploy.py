@@ -369,7 +369,7 @@ class Deployment(Analysis):
         summary: dict[str, Any] = {"start": start_of(self.case, self.scene)[0]}
         if solution.travel.shape[1]:
             curve = ForceCurve.from_points(statistics.points)
-            summary |= summarise(curve, solution.layout.pair_names, bent_energy(solution.layout.case))
+            summary |= summarise(curve, solution.layout.pair_names, self._bent_energy)
             if solution.travel.shape[1] > 1:
                 summary["drives"] = summarise_drives(curve, solution.layout.drive_names)
             summary["unstable_at_end"] = self._ends_on_path and unstable_end(solution)
@@ -389,6 +389,10 @@ class Deployment(Analysis):
 
             summary["probe_displacement"] = probe_displacements(self.system, self.scene.facets, solution)
         return summary
+
+    @property
+    def _bent_energy(self) -> float | None:
+        return bent_energy(self.case.model_dump(include={"strip", "material"}, exclude_none=True))
 
     def _folded(self, solution: Solution) -> dict[str, Any]:
         """Fractions of the rest angles that creases have reached with `sheet.fold_to`."""

@@ -92,9 +92,8 @@ def _stretched(solution: Solution, case: Case, system: SegmentSystem, same_throu
     if case.strip is None or not solution.travel.shape[1] or not same_throughout:
         return []
     length = system.scales().length
-    for time, q, travel in zip(solution.time, solution.q, solution.travel[:, 0], strict=True):
-        apart, _ = system.max_joint_opening(float(time), q)
-        if apart > _STRETCHED * length:
+    for poses, travel in zip(system.poses_over_time(solution.time, solution.q), solution.travel[:, 0], strict=True):
+        if system.opening_of(poses)[0] > _STRETCHED * length:
             apart, joint = system.max_joint_opening(float(solution.time[-1]), solution.q[-1])
             return [
                 f"panels are stretched by over {100 * _STRETCHED:g} % from {shown(travel, 'm')} of travel on, by "

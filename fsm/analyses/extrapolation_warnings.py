@@ -37,11 +37,14 @@ def extrapolation_warnings(solution: Solution, scene: Scene, system: SegmentSyst
 
 def _openings(solution: Solution, system: SegmentSystem, group: CreaseGroup) -> np.ndarray:
     """Opening angles of the creases in all saved states, (n, m), rad, with the bending of the half segments in series."""
-    measured = []
-    for t, q in zip(solution.time, solution.q, strict=True):
-        poses, rates = system.place(float(t), q, None)
-        measured.append(group.measure(poses, rates, group.bodies, *group.geometry)[0].copy())
-    return np.asarray(group.rest - group.side * np.array(measured))
+    poses, count = system.poses_over_time(solution.time, solution.q), len(group.bodies)
+    states, each, width = len(poses), poses.shape[1], poses.shape[2]
+    # all states in one call: the bodies of each state follow those of the state before
+    bodies = (group.bodies + each * np.arange(states)[:, None, None]).reshape(-1, 2)
+    constants = (np.concatenate([array] * states) for array in group.geometry)
+    rates = np.zeros((states * each, 6 if system.spatial else 3))
+    angles = group.measure(poses.reshape(-1, width), rates, bodies, *constants)[0]
+    return np.asarray(group.rest - group.side * np.reshape(angles, (states, count)))
 
 
 def _past(creases: list[ForceElement], group: CreaseGroup, opening: np.ndarray, end: int) -> np.ndarray:

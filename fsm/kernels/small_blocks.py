@@ -24,13 +24,19 @@ def subtract_product(out: np.ndarray, a: np.ndarray, b: np.ndarray) -> None:
                 out[i, j] -= a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
     elif size == 6:
         for i in range(6):
+            # this loop keeps a row in registers; a loop over j would load and store the row again for every k
+            r0, r1, r2, r3, r4, r5 = out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4], out[i, 5]
             for k in range(6):
                 factor = a[i, k]
-                for j in range(6):
-                    out[i, j] -= factor * b[k, j]
+                r0 -= factor * b[k, 0]
+                r1 -= factor * b[k, 1]
+                r2 -= factor * b[k, 2]
+                r3 -= factor * b[k, 3]
+                r4 -= factor * b[k, 4]
+                r5 -= factor * b[k, 5]
+            out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4], out[i, 5] = r0, r1, r2, r3, r4, r5
     elif size == 9:
         for i in range(9):
-            # this loop keeps a row in registers; a loop over j would load and store the row again for every k
             r0, r1, r2, r3, r4 = out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4]
             r5, r6, r7, r8 = out[i, 5], out[i, 6], out[i, 7], out[i, 8]
             for k in range(9):

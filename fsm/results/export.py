@@ -55,7 +55,7 @@ def when_columns(solution: Solution) -> dict[str, Floats]:
 def write_force_csv(solution: Solution, path: str | Path, energies: bool = False, dynamic: bool = False) -> None:
     """Write the force curve with one point per row and 12 significant digits; see `force_columns` for the columns."""
     columns = force_columns(solution, energies, dynamic)
-    write_csv(path, columns, np.column_stack(list(columns.values())).tolist())
+    write_csv(path, columns, np.column_stack(list(columns.values())))
 
 
 def write_contact_csv(solution: Solution, path: str | Path) -> None:
@@ -75,14 +75,9 @@ def write_contact_csv(solution: Solution, path: str | Path) -> None:
     }
     when, touching = when_columns(solution), touching_pairs(solution.pair_force)
     names = [solution.layout.pair_names[k] for k in touching]
-    records = np.stack([of[:, touching] for of in columns.values()], axis=-1).tolist()
-    instants = np.column_stack(list(when.values())).tolist()
-    rows = (
-        [*instant, name, *row]
-        for instant, pairs in zip(instants, records, strict=True)
-        for name, row in zip(names, pairs, strict=True)
-    )
-    write_csv(path, [*when, "pair", *columns], rows)
+    instants = np.repeat(np.column_stack(list(when.values())), len(names), axis=0)
+    records = np.stack([of[:, touching] for of in columns.values()], axis=-1).reshape(len(instants), -1)
+    write_csv(path, [*when, "pair", *columns], np.hstack([instants, records]), names, instants.shape[1])
 
 
 def write_points_csv(solution: Solution, path: str | Path) -> None:

@@ -25,7 +25,7 @@ class Records:
 
     def __init__(self, layout: Layout) -> None:
         self.layout = layout
-        self._records: list[Record] = []
+        self._new: list[dict[str, Any]] = []
         self._rows: list[dict[str, Any]] = []
         self._samples: list[tuple[float, Floats]] = []
         self._sample_rows: list[ProbeSamples] = []
@@ -46,11 +46,15 @@ class Records:
     @property
     def n_records(self) -> int:
         """Number of records so far, including those of a resumed run."""
-        return sum(len(rows["time"]) for rows in self._rows) + len(self._records)
+        return sum(len(rows["time"]) for rows in (*self._rows, *self._new))
 
     def append(self, record: Record) -> None:
         """Add one record, which the caller must not change after this."""
-        self._records.append(record)
+        self.extend(stack([record], self.layout))
+
+    def extend(self, rows: dict[str, Any]) -> None:
+        """Add the rows of several records (`fsm.results.solution.stack`), which the caller must not change after this."""
+        self._new.append(rows)
 
     def sample(self, at: float, displacement: Floats) -> None:
         """Add one sample of the probes, (n_probes, 3), m; it is written with the records."""
@@ -71,7 +75,7 @@ class Records:
             self._stack()
             if not self._rows:
                 raise ValueError("a result needs at least one record")
-            self._rows = [{name: np.concatenate([rows[name] for rows in self._rows]) for name in self._rows[0]}]
+            self._rows = [_joined_rows(self._rows)]
             found = Solution.from_rows(self._rows[0], self.layout)
             if self._sample_rows:
                 found.samples = _joined(self._sample_rows)
@@ -97,13 +101,17 @@ class Records:
 
     def _stack(self) -> None:
         """Turn the records and samples since the last call into arrays."""
-        if self._records:
-            self._rows.append(stack(self._records, self.layout))
-            self._records = []
+        if self._new:
+            self._rows.append(_joined_rows(self._new))
+            self._new = []
         if self._samples:
             times, moved = zip(*self._samples, strict=True)
             self._sample_rows.append(ProbeSamples(np.array(times), np.array(moved)))
             self._samples = []
+
+
+def _joined_rows(parts: list[dict[str, Any]]) -> dict[str, Any]:
+    return parts[0] if len(parts) == 1 else {name: np.concatenate([rows[name] for rows in parts]) for name in parts[0]}
 
 
 def _joined(parts: list[ProbeSamples]) -> ProbeSamples:

@@ -329,12 +329,19 @@ def stack(records: Sequence[Record], layout: Layout) -> dict[str, Any]:
 
     An energy that a record does not have is zero.
     """
-    unknown = {name for r in records for name in r.energy} - ENERGIES.keys()
+    names = {name for r in records for name in r.energy}
+    energy = {name: [r.energy.get(name, 0.0) for r in records] for name in names}
+    channels = {info.name: [r.channels[info.name] for r in records] for info in layout.channels}
+    return stacked({name: [getattr(r, name) for r in records] for name in (*FLOATS, *INTEGERS)}, energy, channels)
+
+
+def stacked(values: Mapping[str, Any], energy: Mapping[str, Any], channels: Mapping[str, Any]) -> dict[str, Any]:
+    """`stack` of fields, energies and channels whose values over time are known."""
+    unknown = energy.keys() - ENERGIES.keys()
     if unknown:
         raise ValueError(f"unknown energies in a record: {', '.join(sorted(unknown))}")
-    rows: dict[str, Any] = {name: np.array([getattr(r, name) for r in records], dtype=float) for name in FLOATS}
-    rows |= {name: np.array([getattr(r, name) for r in records], dtype=np.int64) for name in INTEGERS}
-    rows |= {name: np.array([r.energy.get(name, 0.0) for r in records], dtype=float) for name in ENERGIES}
-    return rows | {
-        info.name: np.array([r.channels[info.name] for r in records], dtype=float) for info in layout.channels
-    }
+    rows: dict[str, Any] = {name: np.array(values[name], dtype=float) for name in FLOATS}
+    rows |= {name: np.array(values[name], dtype=np.int64) for name in INTEGERS}
+    none = np.zeros(len(rows["time"]))
+    rows |= {name: np.array(energy.get(name, none), dtype=float) for name in ENERGIES}
+    return rows | {name: np.array(of, dtype=float) for name, of in channels.items()}

@@ -33,7 +33,7 @@ from fsm.results.datasets import (
     write_parts,
 )
 from fsm.results.records import Records
-from fsm.results.solution import INTEGERS, Layout, Record, Solution
+from fsm.results.solution import INTEGERS, Layout, Solution
 from fsm.results.step_data import write_load_path, write_step_modes
 from fsm.results.store import (
     FORMAT,
@@ -90,7 +90,7 @@ class ResultWriter(Records):
         super().__init__(layout)
         self.path = Path(path)
         self.part = part_path(path)
-        self._record_bytes = 1
+        self._new_bytes = 0
         self._file: Any = None
         self._open_datasets: list[Any] = []  # this file is kept open for `close_discarding`
         self._written, self._samples_written = 0, 0
@@ -107,15 +107,15 @@ class ResultWriter(Records):
         self._thread = threading.Thread(target=self._flush_periodically, name="fsm results", daemon=True)
         self._thread.start()
 
-    def append(self, record: Record) -> None:
-        """Add one record, which the caller must not change after this."""
+    def extend(self, rows: dict[str, Any]) -> None:
+        """Add the rows of several records (`fsm.results.solution.stack`), which the caller must not change after this."""
         with self._lock:
             if self._failure is not None:
                 raise self._failure
-            self._records.append(record)
-            self._record_bytes = sum(each.nbytes for each in (record.shape, record.q, record.u, record.memory)) + 512
+            self._new.append(rows)
+            self._new_bytes += sum(rows[name].nbytes for name in ("shape", "q", "u", "memory")) + 512 * len(rows["time"])
             due = time.monotonic() - self._flushed_at >= self._flush_every
-            if due or len(self._records) * self._record_bytes > BUFFER_BYTES:
+            if due or self._new_bytes > BUFFER_BYTES:
                 with self._write_errors():
                     self._flush()
 
@@ -142,7 +142,7 @@ class ResultWriter(Records):
         self._end_thread()
         with self._lock, self._write_errors():
             write_solution(self.path, solution)
-            self._records, self._samples = [], []
+            self._new, self._samples = [], []
             self._written, self._samples_written = len(solution), len(solution.samples.time)
             self._close_file()
             self.part.unlink(missing_ok=True)
@@ -176,7 +176,7 @@ class ResultWriter(Records):
     def _flush(self) -> None:
         """Append the rows that the part file does not contain. The first call creates the part file."""
         self._stack()
-        self._flushed_at = time.monotonic()
+        self._flushed_at, self._new_bytes = time.monotonic(), 0
         begun = 0
         for rows in self._rows:
             count = len(rows["time"])
@@ -224,7 +224,7 @@ class ResultWriter(Records):
             if self._file is not None:
                 close_discarding(self._file)
                 self._file, self._open_datasets = None, []
-            self._records, self._samples, self._rows, self._sample_rows = [], [], [], []
+            self._new, self._samples, self._rows, self._sample_rows = [], [], [], []
             text = f"the results cannot be written ({_system_message(error)}); check free space and write permission"
             self._failure = found = CannotWrite(f"{self.part}: {text}")
             raise found from error

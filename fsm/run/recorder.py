@@ -38,7 +38,7 @@ from fsm.results.checkpoint_file import read_checkpoint
 from fsm.results.curve import ForceCurve
 from fsm.results.records import Records
 from fsm.results.reported import largest_reactions, report_of
-from fsm.results.solution import Record, Solution
+from fsm.results.solution import Solution, stacked
 from fsm.results.step_data import LoadPath, StepModes
 from fsm.results.store import part_path
 from fsm.results.writer import ResultWriter
@@ -47,6 +47,7 @@ from fsm.run.due_times import SAME, due, merged
 from fsm.run.progress import Progress, report_restart
 from fsm.run.round_off import position_round_off_energy, round_off_of
 from fsm.run.summary import counters_of, state_errors, summary_of
+from fsm.solve.interface.records import as_rows, mapped, row_of
 from fsm.solve.interface.system import System
 from fsm.solve.outcome.energy_balance import EnergyBalance
 from fsm.solve.outcome.run_io import AcceptedStep, CurvePoint, SavedState, Statistics
@@ -352,7 +353,7 @@ class RecordedSolve:
             return own(step.settings.end_time, times, on_save, on_step, energy_balance)
         begins = None if after is not None else start
         state = begins, energy_balance, self.points, after
-        return simulate(self.current, step.settings, times, on_save, on_step, *state, self.watch, each_step)[0]
+        return simulate(self.current, step.settings, times, on_save, on_step, *state, self.watch, each_step, True)[0]
 
     def _pass_on(self, t: float, q: np.ndarray) -> None:
         """Give a state of a path to `on_state`."""
@@ -397,65 +398,66 @@ class RecordedSolve:
 
     def _save(self, writer: Records, saved: SavedState) -> None:
         """Write a record of the whole state, a sample of the probes, or both, as required at this time."""
-        if due(self.records_due, saved.time) or saved.final:
-            self._record(writer, saved)
-        if due(self.samples_due, saved.time):
-            writer.sample(saved.time, self.analysis.probes(saved.q))
-            self.samples += 1
+        rows = saved if np.ndim(saved.time) else as_rows(saved)
+        recorded = [k for k, at in enumerate(rows.time.tolist()) if due(self.records_due, at) or saved.final]
+        if len(recorded) == len(rows.time):
+            self._record_rows(writer, rows)
+        elif recorded:
+            self._record_rows(writer, mapped(rows, lambda values: values[recorded]))
+        for at, q in zip(rows.time.tolist(), rows.q, strict=True):
+            if due(self.samples_due, at):
+                writer.sample(at, self.analysis.probes(q))
+                self.samples += 1
 
-    def _negative_pivots(self, saved: SavedState, t: float) -> int:
-        """Negative pivots of the stiffness at a saved state, as counted by the solver, else by the analysis."""
+    def _negative_pivots(self, saved: SavedState, times: np.ndarray) -> Any:
+        """Negative pivots of the stiffness at saved states, as counted by the solver, else by the analysis."""
         if saved.negative_pivots is not None:
-            return saved.negative_pivots
-        return self.analysis.negative_pivots(self.current, t, saved.q)
+            return np.full(len(times), saved.negative_pivots)
+        states = zip(times.tolist(), saved.q, strict=True)
+        return [self.analysis.negative_pivots(self.current, t, q) for t, q in states]
 
     def _without_false_motion(self, saved: SavedState) -> SavedState:
-        """State of a path whose drives rest, without kinetic energy: the time of a path in load is no time of a motion."""
+        """States, those of a path whose drives rest without kinetic energy: the time of a path in load is no time of a
+        motion.
+        """
         system, before = self.current, saved.before
         if before is None or not isinstance(system, SegmentSystem):
             return saved
-        middle = 0.5 * (before[0] + saved.time)
-        if any(motion.program.at(middle)[1] for motion in system.motions):
-            return saved
-        energy = replace(saved.observation.energy, kinetic=0.0)
+        middles = (0.5 * (before[0] + saved.time)).tolist()
+        moves = [any(motion.program.at(middle)[1] for motion in system.motions) for middle in middles]
+        energy = replace(saved.observation.energy, kinetic=np.where(moves, saved.observation.energy.kinetic, 0.0))
         return replace(saved, observation=replace(saved.observation, energy=energy))
 
+    def _channel_values(self, saved: SavedState, times: np.ndarray) -> dict[str, Any]:
+        """Values of all channels at saved states, by name."""
+        if self.channels is None:
+            return {}
+        states = (replace(row_of(saved, k), time=t) for k, t in enumerate(times.tolist()))
+        found = [self.channels.values(self.current, state) for state in states]
+        return {info.name: [values[info.name] for values in found] for info in self.channels.infos}
+
     def _record(self, writer: Records, saved: SavedState) -> None:
+        self._record_rows(writer, as_rows(saved))
+
+    def _record_rows(self, writer: Records, saved: SavedState) -> None:
+        """Record several states, see `OutputRequest.several`."""
         saved = self._without_false_motion(saved)
-        observed = saved.observation
-        stored = observed.energy.potential
-        t = saved.acting
-        q, u = self.analysis.whole(self.current, t, saved.q, saved.u)
-        writer.append(
-            Record(
-                time=saved.time,
-                q=q,
-                u=u,
-                travel=observed.drive.travel,
-                force=observed.drive.force,
-                energy={
-                    **stored,
-                    "kinetic": observed.energy.kinetic,
-                    "dissipated": saved.dissipated,
-                    "work": saved.work,
-                    "error": saved.error,
-                },
-                **{f"pair_{name}": values for name, values in vars(observed.pairs).items()},
-                pair_friction_energy=saved.pair_energy[0],
-                pair_damping_energy=saved.pair_energy[1],
-                shape=self.current.shape(t, saved.q),
-                negative_pivots=self._negative_pivots(saved, t),
-                channels=(
-                    self.channels.values(self.current, saved if t == saved.time else replace(saved, time=t))
-                    if self.channels
-                    else {}
-                ),
-                step=self.number + 1,
-                program_time=t,
-                memory=self._memory(),
-            )
-        )
-        self.records += 1
+        observed, times, count = saved.observation, np.asarray(saved.acting), len(saved.q)
+        states = zip(times.tolist(), saved.q, saved.u, strict=True)
+        q, u = zip(*(self.analysis.whole(self.current, t, *state) for t, *state in states), strict=True)
+        energy = {
+            **observed.energy.potential, "kinetic": observed.energy.kinetic, "dissipated": saved.dissipated,
+            "work": saved.work, "error": saved.error,
+        }  # fmt: skip
+        values = {
+            "time": saved.time, "q": q, "u": u, "travel": observed.drive.travel, "force": observed.drive.force,
+            **{f"pair_{name}": each for name, each in vars(observed.pairs).items()},
+            "pair_friction_energy": saved.pair_energy[:, 0], "pair_damping_energy": saved.pair_energy[:, 1],
+            "shape": self.current.shapes(times, saved.q), "negative_pivots": self._negative_pivots(saved, times),
+            "step": np.full(count, self.number + 1), "program_time": times, "memory": np.tile(self._memory(), (count, 1)),
+        }  # fmt: skip
+        writer.extend(stacked(values, energy, self._channel_values(saved, times)))
+        self.records += count
 
     def _memory(self) -> np.ndarray:
         """Internal variables of the elements, in an array as long as that of the system of all steps."""

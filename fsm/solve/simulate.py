@@ -27,6 +27,7 @@ def simulate(
     after: AcceptedStep | None = None,
     watch: Watch | None = None,
     each_step: bool = False,
+    several: bool = False,
 ) -> tuple[Statistics, EnergyBalance]:
     """Integrate a system, or follow its equilibria, and report states at the requested times.
 
@@ -34,8 +35,8 @@ def simulate(
     ----------
     system : System
     settings : Settings of time integration, or PathSettings
-    save_times, on_save, on_step, watch, each_step : see `OutputRequest`; events happen in motions only, and motions call
-        `on_step` as they do without `each_step`
+    save_times, on_save, on_step, watch, each_step, several : see `OutputRequest`; events happen in motions only, and
+        motions call `on_step` as they do without `each_step` and `on_save` without `several`
     start, energy_balance, points, after : see `InitialState`; after a restart the times belong to the whole solve
 
     Raises
@@ -45,7 +46,8 @@ def simulate(
     EnergyAbort
     """
     if isinstance(settings, PathSettings):
-        return follow(system, settings, save_times, on_save, on_step, start, energy_balance, points, after, each_step)
+        rest = start, energy_balance, points, after, each_step, several
+        return follow(system, settings, save_times, on_save, on_step, *rest)
     kind: type[Run] = StepwiseRun
     if settings.method not in STEPWISE:
         from fsm.solve.time.dense_run import DenseRun  # imports SciPy's integrators

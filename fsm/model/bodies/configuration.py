@@ -205,6 +205,22 @@ class Configuration(System):
         self._placed = t, q.copy(), poses
         return poses
 
+    def poses_over_time(self, times: np.ndarray, q: np.ndarray) -> np.ndarray:
+        """Poses (n, n_bodies, 3 or 7) of all bodies at several times (n,), s, with configurations (n, nq); see `place`."""
+        bodies, width = self.bodies, self.bodies.pose.shape[1]
+        poses = np.repeat(bodies.pose[None], len(times), axis=0)
+        free = q[:, : self.n_free * width].reshape(len(times), self.n_free, width).copy()
+        if self.spatial:
+            free[..., 3:] /= np.sqrt(np.sum(free[..., 3:] ** 2, axis=-1, keepdims=True))
+        poses[:, bodies.free] = free
+        travels = np.array([[motion.at(t)[0] for motion in self.motions] for t in times.tolist()]).reshape(len(times), -1)
+        directions = self._directions[self._motion]
+        poses[:, self.driven, : directions.shape[1]] += travels[:, self._motion, None] * directions
+        if self.turns is not None:
+            for placed, gone in zip(poses, travels, strict=True):
+                self.turns.set_poses(placed, gone)
+        return poses
+
     def _travels(self, t: float) -> np.ndarray:
         """Travel of every motion at a time, m; the array is shared and read-only. The last few times are cached."""
         travels = self._travelled.get(t)
@@ -233,6 +249,14 @@ class Configuration(System):
         """See `System`: the outline of every plate, and lines as outlines without width."""
         poses, _ = self.place(t, q, None)
         return np.asarray(place_corners(poses, self._plate_bodies, self._plate_corners))
+
+    def shapes(self, times: np.ndarray, q: np.ndarray) -> np.ndarray:
+        """See `System`."""
+        poses, bodies, corners = self.poses_over_time(times, q), self._plate_bodies, self._plate_corners
+        # all states in one call: the bodies of each state follow those of the state before
+        rows = (bodies + poses.shape[1] * np.arange(len(poses))[:, None]).ravel()
+        found = place_corners(poses.reshape(-1, poses.shape[2]), rows, np.concatenate([corners] * len(poses)))
+        return np.asarray(found).reshape(len(poses), *corners.shape)
 
     def worst_body(self, vector: np.ndarray) -> str:
         """See `System`."""

@@ -159,7 +159,7 @@ def _overlaps(scene: Scene, system: SegmentSystem, case: Case) -> list[Fault]:
     if scene.contact is None:
         return []
     where = "strip" if case.strip else "scene"
-    flat = not out_of_plane(scene.model_copy(update={"obstacles": ()}))
+    flat = not system.spatial or not out_of_plane(scene.model_copy(update={"obstacles": ()}))
     hint = "use a smaller fold_angle or thickness, or thickness_in_gap = false"
     faults: dict[frozenset[str], Fault] = {}
     if flat:

@@ -29,6 +29,7 @@ from fsm.model.nodes.system.system import AncfSystem
 from fsm.model.system.system import SegmentSystem
 from fsm.solve.interface.records import PreviousState
 from fsm.solve.interface.scales import Scales
+from fsm.solve.interface.system import System
 
 _WAVES = 1e-2
 """Part of the square of the rate of axial waves in an element that counts in penalties; 100 times its stiffness."""
@@ -198,6 +199,10 @@ class JoinedConfiguration(SegmentSystem):
         self._with_frames = [(t, q.copy(), poses), *self._with_frames[:1]]
         return poses
 
+    def poses_over_time(self, times: np.ndarray, q: np.ndarray) -> np.ndarray:
+        """See `Configuration`; frames included."""
+        return np.array([self._poses(float(t), state) for t, state in zip(times, q, strict=True)])
+
     def place(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -251,6 +256,10 @@ class JoinedConfiguration(SegmentSystem):
         across[:, 0, 1] = self.lines.half
         bands = np.concatenate([ends - across, (ends + across)[:, ::-1]], axis=1)
         return np.concatenate([super().shape(t, q), self.elements.shape(t, nodes), bands])
+
+    def shapes(self, times: np.ndarray, q: np.ndarray) -> np.ndarray:
+        """See `System`."""
+        return System.shapes(self, times, q)
 
     def worst_body(self, vector: np.ndarray) -> str:
         """See `System`."""

@@ -19,7 +19,7 @@ from fsm.model.elements.element_group import ElementArrays, ElementGroup
 from fsm.model.elements.elements import BushingGroup
 from fsm.model.system.arrays_of import change_pattern, segments_of
 from fsm.model.system.contact_arrays_of import ContactModel
-from fsm.solve.interface.records import DriveState, Energy, Observation, PairState, PreviousState, Ready
+from fsm.solve.interface.records import DriveState, Energy, Observation, PairState, PreviousState, Ready, mapped
 from fsm.solve.stepping.path_arrays import begin_step
 from fsm.solve.stepping.path_state import (
     CONTACT,
@@ -196,22 +196,23 @@ class StaticSegments:
         self._contacts.count()
         self._accepted, self.ahead = q, bool(self._contacts.arrays)
 
-    def observation(self, record: np.ndarray) -> Observation:
+    def observation(self, records: np.ndarray) -> Observation:
         """See `fsm.solve.interface.system.StaticArrays`."""
-        drives, own, values = len(self._system.motions), record[DRIVES:], record[:DRIVES].tolist()
-        travel, force, pairs = own[:drives], own[drives : 2 * drives], own[2 * drives :].reshape(7, -1)
+        drives, own, values, count = len(self._system.motions), records[:, DRIVES:], records.T, len(records)
+        travel, force = own[:, :drives], own[:, drives : 2 * drives]
+        pairs = own[:, 2 * drives :].reshape(count, 7, -1).swapaxes(0, 1)
         potential = {name: values[self.energies[name]] for names in self._stored_by for name in names}
         energy = Energy(
-            values[KINETIC], potential, values[LOST], values[INPUT], pairs[PAIR_SLIDING : PAIR_DAMPING + 1],
+            values[KINETIC], potential, values[LOST], values[INPUT], pairs[PAIR_SLIDING : PAIR_DAMPING + 1].swapaxes(0, 1),
             values[KEPT_LOSS], values[DRIVEN], values[LOADS],
         )  # fmt: skip
         return Observation(DriveState(travel, force), energy, values[LARGEST], self._pairs(pairs))
 
     def _pairs(self, sums: np.ndarray) -> PairState:
         if not self._contacts.arrays:
-            return self._without_contact
+            return mapped(self._without_contact, lambda value: np.repeat(value[None], sums.shape[1], axis=0))
         force = sums[PAIR_FORCE]
-        slip = np.divide(sums[PAIR_CARRIED], force, out=np.zeros(len(force)), where=force > 0.0)
+        slip = np.divide(sums[PAIR_CARRIED], force, out=np.zeros(force.shape), where=force > 0.0)
         own = sums[PAIR_AREA], sums[PAIR_FRICTION], slip, sums[PAIR_SLIDING], sums[PAIR_DAMPING]
         return PairState(force, sums[PAIR_GAP], *own)
 

@@ -411,7 +411,10 @@ class SegmentSystem(SegmentForces):
 
     def max_joint_opening(self, t: float, q: np.ndarray) -> tuple[float, str]:
         """See `System`."""
-        poses, _ = self.place(t, q, None)
+        return self.opening_of(self.place(t, q, None)[0])
+
+    def opening_of(self, poses: np.ndarray) -> tuple[float, str]:
+        """`max_joint_opening` at poses of all bodies."""
         sometimes = [group for group, _ in self.steps_of]  # joints that may not act at this time
         gaps = [group.gap(poses) for group in self._springs if not any(group is other for other in sometimes)]
         return max(gaps, default=(0.0, "none"))

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from dataclasses import dataclass, field, is_dataclass, replace
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
 
@@ -138,6 +138,27 @@ class Observation:
     energy: Energy
     reaction: float
     pairs: PairState
+
+
+def mapped(values: Any, function: Callable[[Any], Any]) -> Any:
+    """Copy of nested dataclasses, tuples and dicts with a function of every float and array."""
+    if is_dataclass(values):
+        return replace(cast(Any, values), **{name: mapped(item, function) for name, item in vars(values).items()})
+    if isinstance(values, dict):
+        return {name: mapped(item, function) for name, item in values.items()}
+    if isinstance(values, tuple):
+        return tuple(mapped(item, function) for item in values)
+    return values if values is None or isinstance(values, bool | int) else function(values)
+
+
+def as_rows(values: Any) -> Any:
+    """One state as several: floats and arrays get a first axis of length one."""
+    return mapped(values, lambda value: np.asarray(value)[None])
+
+
+def row_of(values: Any, number: int) -> Any:
+    """One of several states, whose floats and arrays have a first axis."""
+    return mapped(values, lambda value: value[number])
 
 
 @dataclass(frozen=True)

@@ -175,6 +175,10 @@ class System(Protocol):
         """Corner points (n_quads, 4, 3) of the visible faces, m."""
         ...
 
+    def shapes(self, times: np.ndarray, q: np.ndarray) -> np.ndarray:
+        """`shape` at several times (n,), s, and configurations (n, nq)."""
+        return np.array([self.shape(float(t), state) for t, state in zip(times, q, strict=True)])
+
     def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: PreviousState | None = None) -> None:
         """Update the internal variables for an accepted state.
 
@@ -412,6 +416,6 @@ class StaticArrays(Protocol):
         """A kernel has accepted steps to q: the memory of the arrays is the present one."""
         ...
 
-    def observation(self, record: np.ndarray) -> Observation:
-        """Observation of a state from its record (`fsm.solve.stepping.path`)."""
+    def observation(self, records: np.ndarray) -> Observation:
+        """Observation of several states from their records (`fsm.solve.stepping.path`); all arrays have a first axis."""
         ...

@@ -27,7 +27,8 @@ class SavedState(ShortRepr):
     `program_time` is the time of loads and drives if it differs from `time`, as on a path by arc length. `at_rest`: all
     velocities are zero, also those of drives. `negative_pivots` is the number of negative pivots of the stiffness, if the
     solver has counted them. `final`: the solve ends at this state, before the requested end. `memory`: internal variables of
-    a state that is recorded after the solve.
+    a state that is recorded after the solve. Numbers and arrays of several states have a first axis, see
+    `OutputRequest.several`.
     """
 
     time: float
@@ -162,6 +163,8 @@ class OutputRequest:
     ----------
     save_times : increasing times, s
     on_save : called with each saved state, in order
+    several : bool
+        Whether `on_save` receives several states of a path at once, which `fsm.solve.interface.records.row_of` separates.
     on_step : called after some steps
     each_step : bool
         Whether `on_step` is called after every step; if not, it is called after several steps of a kernel.
@@ -173,6 +176,7 @@ class OutputRequest:
     on_step: Callable[[AcceptedStep], None] | None
     each_step: bool = False
     watch: Watch | None = None
+    several: bool = False
 
 
 @dataclass(frozen=True, repr=False)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.solve.interface.records import DriveState, Observation, PreviousState
+from fsm.solve.interface.records import DriveState, Observation, PreviousState, as_rows, mapped, row_of
 from fsm.solve.interface.system import System
 from fsm.solve.outcome.dissipation import mean_dissipation
 from fsm.solve.outcome.energy_balance import EnergyBalance
@@ -22,6 +22,7 @@ from fsm.solve.outcome.run_io import (
     Statistics,
     inertia_counts,
 )
+from fsm.solve.stepping.march import DISSIPATED, ERROR, WORK
 from fsm.solve.stepping.path import is_off
 from fsm.solve.stepping.path_state import AT, CREASES, DRIVES, MOVING_ON, PAIR_FORCE, PANELS, REACTION, Path
 
@@ -107,30 +108,49 @@ class PathRecorder:
     ) -> None:  # fmt: skip
         """Record the steps of a path (`fsm.solve.stepping.path`); the caller must call `finish_step` next.
 
-        `observation` is the function of a record, `last` the last configuration. `pivots`: number of negative pivots of the
-        stiffness at rest in each state, if known.
+        `observation` is the function of several records, `last` the last configuration. `pivots`: number of negative pivots
+        of the stiffness at rest in each state, if known.
         """
         curve, drives = self.statistics.points, len(self.last.drive.travel)
         forces, pairs = DRIVES + drives, DRIVES + 2 * drives
-        dissipated, count = self.energy_balance.pair_energy, len(rows)
+        dissipated, count, saved = self.energy_balance.pair_energy, len(rows), []
         self._pivots = pivots if drives else None  # records of a path without drives have no count
         balances, records, pair_energies, states = path.parts(rows)
         pair_forces = records[:, pairs:].reshape(count, 7, -1)[:, PAIR_FORCE]
         numbers = rows[:, [AT, MOVING_ON]].tolist(), records[:, [PANELS, CREASES]].tolist()
         for number, ((time, moving_on), energies) in enumerate(zip(*numbers, strict=True)):
-            ends = number + 1 == count
-            before, self.time, self.q = (self.time, self.q), time, last if ends else states[number]
             drive = DriveState(records[number, DRIVES:forces], records[number, forces:pairs])
             path_number = CurvePoint.path_after(curve, bool(moving_on))
             curve.append(CurvePoint(drive, pair_forces[number], time, path_number, *energies))
-            if ends or self._is_due():
-                self.energy_balance.set_numbers(balances[number])
-                self.energy_balance.pair_energy = dissipated + pair_energies[number]
-                self.last, self._before = observation(records[number]), before
-                self.u = self.system.difference(before[1], self.q) / (self.time - before[0])
-                self._save()
+            if self._is_due(time):
+                saved.append(number)
+        begins, starts = np.append(self.time, rows[:-1, AT]), [self.q, *states[:-1]]
+        chosen = saved if count - 1 in saved else [*saved, count - 1]
+        times, q = rows[chosen, AT], states[chosen]
+        before = begins[chosen], np.array([starts[number] for number in chosen])
+        moved = np.array([self.system.difference(start, end) for start, end in zip(before[1], q, strict=True)])
+        own = times, q, moved / (times - before[0])[:, None], observation(records[chosen])
+        balance = balances[chosen].T
+        numbers = balance[DISSIPATED], balance[WORK], balance[ERROR], dissipated + pair_energies[chosen]
+        found = SavedState(*own, *numbers, before, negative_pivots=self._pivots)
+        self._keep(found, len(saved))
+        self.energy_balance.set_numbers(balances[-1])
+        self.energy_balance.pair_energy = numbers[-1][-1]
+        self.time, self.q, self.u, self.last = float(times[-1]), last, own[2][-1], row_of(own[3], -1)
+        self._before = float(before[0][-1]), before[1][-1]
         self.largest_reaction = float(path.numbers[REACTION])
         path.pair_energy[:] = 0.0
+
+    def _keep(self, found: SavedState, count: int) -> None:
+        """Save the first of several states."""
+        if not count:
+            return
+        self._saved = float(found.time[count - 1])
+        if not self.request.several:
+            for number in range(count):
+                self.request.on_save(row_of(found, number))
+        else:
+            self.request.on_save(mapped(found, lambda value: value[:count]))
 
     def is_off(self, bound: float) -> bool:
         """See `fsm.solve.stepping.path.is_off`."""
@@ -221,15 +241,17 @@ class PathRecorder:
             self.pending = [self.time]
             self._save(final)
 
-    def _is_due(self) -> bool:
-        """Whether the present state is to be saved."""
-        return bool(self.pending) and self.pending[0] <= self.time + self._nothing
+    def _is_due(self, time: float) -> bool:
+        """Whether a state at this time is to be saved; its times to save are no longer pending."""
+        due = False
+        while self.pending and self.pending[0] <= time + self._nothing:
+            self.pending.pop(0)
+            due = True
+        return due
 
     def _save(self, final: bool = False) -> None:
-        while self._is_due():
-            self.pending.pop(0)
-            self._saved = self.time
+        if self._is_due(self.time):
             energy_balance = self.energy_balance
             numbers = energy_balance.dissipated, energy_balance.work, energy_balance.error, energy_balance.pair_energy
             own = self.time, self.q.copy(), self.u.copy(), self.last, *numbers, self._before
-            self.request.on_save(SavedState(*own, negative_pivots=self._pivots, final=final))
+            self._keep(as_rows(SavedState(*own, negative_pivots=self._pivots, final=final)), 1)

@@ -14,7 +14,7 @@ from fsm.kernels.pointers import enter
 from fsm.kernels.vector import largest_ratio
 from fsm.solve.equations.equilibrium_step import Ending, EquilibriumStep
 from fsm.solve.equations.newton import held_still
-from fsm.solve.interface.records import Observation
+from fsm.solve.interface.records import Observation, as_rows
 from fsm.solve.interface.system import StaticArrays, System
 from fsm.solve.outcome.restart_points import State, steps_between
 from fsm.solve.outcome.run_io import AcceptedStep, InitialState, OutputRequest, Statistics, time_and_travel
@@ -215,7 +215,7 @@ class PathSteps:
             outcome = steps(self.model, self.path, self.rules, to, rows[0] if single else rows)
         taken = bool(self.path.counts[stepping.STEPS])
         if taken:
-            self._take(rows, lambda record: self.model.observed, self.model.state, self.model.pivots)
+            self._take(rows, lambda records: as_rows(self.model.observed), self.model.state, self.model.pivots)
         self._end()
         if outcome == stepping.APART:
             self._fail(Outcome.TORN)

@@ -62,6 +62,7 @@ def follow(
     points: list[CurvePoint] | None = None,
     after: AcceptedStep | None = None,
     each_step: bool = False,
+    several: bool = False,
 ) -> tuple[Statistics, EnergyBalance]:
     """Follow the stable equilibrium path and report states at the requested times; arguments as in `simulate` and in
     `OutputRequest`.
@@ -72,7 +73,8 @@ def follow(
         The message states the time, the worst body and a remedy. Earlier states are already saved.
     """
     initial_state = InitialState(start, energy_balance, [] if points is None else points, after)
-    run = _Follower(system, settings, OutputRequest(list(save_times), on_save, on_step, each_step), initial_state)
+    request = OutputRequest(list(save_times), on_save, on_step, each_step, several=several)
+    run = _Follower(system, settings, request, initial_state)
     run.go()
     return run.statistics, run.recorder.energy_balance
 

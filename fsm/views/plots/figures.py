@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Set
 from contextlib import contextmanager
-from functools import partial
+from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
 
@@ -137,8 +137,14 @@ def draw_one(solution: Solution, path: Path) -> str:
 def remove_figures(folder: Path, kept: Set[str] = frozenset()) -> None:
     """Delete the figures of a result in a folder, in all formats, except files with these names."""
     found = set(os.listdir(folder)) if folder.is_dir() else set()
-    for name in {_named(name, suffix) for name in _ALL for suffix in FORMATS} & found - kept:
+    for name in _files() & found - kept:
         (folder / name).unlink(missing_ok=True)
+
+
+@cache
+def _files() -> Set[str]:
+    """Names of all figures in all formats."""
+    return {_named(name, suffix) for name in _ALL for suffix in FORMATS}
 
 
 def _named(name: str, suffix: str) -> str:
