@@ -306,7 +306,8 @@ def _short_name(name: str, types: Any, *, abi_tags: Any = (), uid: int | None = 
     if len(whole) <= _LONGEST_NAME:
         return str(itanium_mangler.mangle(name, types, abi_tags=abi_tags, uid=uid))
     digest = hashlib.sha256(whole.encode()).hexdigest()[:32]
-    return str(itanium_mangler.mangle(f"{name.rpartition('.')[2]}.{digest}", (), uid=uid))
+    inner = "<locals>." * ("<locals>" in name)  # as `fsm.kernels.linked_code` finds these functions
+    return str(itanium_mangler.mangle(f"{inner}{name.rpartition('.')[2]}.{digest}", (), uid=uid))
 
 
 def _is_linkable(library: Any) -> bool:

@@ -110,12 +110,21 @@ def save(file: Path, source: Path, result: Any) -> None:
         keys, result.signature, described, result.library.name, module.as_bitcode(), tuple(result.library._reload_init),
         environments,
     )  # fmt: skip
-    with suppress(OSError, pickle.PicklingError, AttributeError, TypeError):
+    try:
+        text = pickle.dumps(content)
+    except (pickle.PicklingError, AttributeError, TypeError):  # a constant of the function cannot be stored
+        return
+    place = None
+    try:
         create_folder(file.parent)
-        place, name = tempfile.mkstemp(dir=file.parent)
-        with os.fdopen(place, "wb") as out:
-            out.write(pickle.dumps(content))
-        Path(name).replace(file)
+        with tempfile.NamedTemporaryFile(dir=file.parent, delete=False) as out:
+            place = Path(out.name)
+            out.write(text)
+        place.replace(file)
+    except OSError:  # a full disk is not an error
+        with suppress(OSError):
+            if place is not None:
+                place.unlink()
 
 
 def load(file: Path, kinds: tuple[Any, ...], context: Any) -> Any:
