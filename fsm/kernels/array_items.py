@@ -107,7 +107,7 @@ def _view(context: Any, builder: Any, of: Any, array: Any, kinds: Any, indices: 
         return array
     axes = range(of.ndim - len(shape), of.ndim)
     strides = [builder.extract_value(array, (_STRIDES, axis)) for axis in axes]
-    owner = builder.extract_value(array, _META)
+    owner = None if has_no_owner(array) else builder.extract_value(array, _META)
     return array_value(context, builder, of.copy(ndim=len(shape)), data, shape, strides, owner, count)
 
 
@@ -139,6 +139,8 @@ def _get(context: Any, builder: Any, signature: Any, arguments: Any, instead: An
         found = arrayobj.load_item(context, builder, of, _element(context, builder, of, array, kinds, indices))
     elif isinstance(signature.return_type, types.Array) and signature.return_type.layout == "C":
         found = _view(context, builder, of, array, kinds, indices)
+        if has_no_owner(found):
+            return found
     else:
         return instead(context, builder, signature, arguments)
     return impl_ret_borrowed(context, builder, signature.return_type, found)
@@ -210,6 +212,15 @@ def _move(context: Any, builder: Any, of: Any, part: tuple[Any, list[Any], Any],
                 text = "cannot assign an array to a part of another shape"
                 context.call_conv.return_user_exc(builder, ValueError, (text,))
             _fill(context, builder, of, data, count, arrayobj.load_item(context, builder, of, source))
+
+
+def has_no_owner(array: Any) -> bool:
+    """Whether the code that makes an array gives it no owner, so that no references to it are counted."""
+    while isinstance(array, ir.instructions.InsertValue):
+        if next(iter(array.indices)) == _META:
+            return False
+        array = array.operands[0]
+    return isinstance(array, ir.Constant) and array.constant is None
 
 
 _kernels: list[None] = []

@@ -14,6 +14,8 @@ from numba.core.compiler_machinery import register_pass
 from numba.core.lowering import Lower
 from numba.core.typed_passes import NativeLowering
 
+from fsm.kernels.array_items import has_no_owner
+
 types: Any = numba.types
 _RANGE: Final = types.range_state64_type
 _ITERATOR: Final = types.range_iter64_type
@@ -29,6 +31,16 @@ class _Lower(Lower):  # type: ignore[misc, unused-ignore]
         """End the life of a variable; numba sets also those to zero that have no counted references."""
         if self.context.data_model_manager[self.typeof(name)].contains_nrt_meminfo():
             super().delvar(name)
+
+    def incref(self, kind: Any, value: Any) -> None:
+        """Count a reference."""
+        if not (isinstance(kind, types.Array) and has_no_owner(value)):
+            super().incref(kind, value)
+
+    def decref(self, kind: Any, value: Any) -> None:
+        """Count a reference less."""
+        if not (isinstance(kind, types.Array) and has_no_owner(value)):
+            super().decref(kind, value)
 
     def lower_expr(self, resty: Any, expr: Any) -> Any:
         """Code of an expression."""
