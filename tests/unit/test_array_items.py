@@ -37,7 +37,8 @@ def test_parts_are_those_of_numpy(k: int, i: int, j: int) -> None:
     rng = np.random.default_rng(3)
     ours = [rng.random((3,) * axes) for axes in (1, 2, 3)]
     theirs = [array.copy() for array in ours]
-    set_parts(*ours, k, i, j)
+    a, b, c = ours
+    set_parts(a, b, c, k, i, j)
     python: Any = getattr(set_parts, "py_func", set_parts)
     python(*theirs, k, i, j)
     for one, other in zip(ours, theirs, strict=True):
