@@ -50,8 +50,8 @@ _NUMBA_SETTINGS: Final = (
     "DEBUGINFO_DEFAULT",
 )  # these settings (NUMBA_... variables) change the machine code but not numba's own cache key
 
-_PACKAGE: Final = Path(os.path.abspath(__file__)).parent.parent
-_PREFIX: Final = os.path.join(_PACKAGE, "")
+PACKAGE: Final = Path(os.path.abspath(__file__)).parent.parent
+_PREFIX: Final = os.path.join(PACKAGE, "")
 _DAY: Final = 86400.0
 _STAMP: Final = ".last_used"
 _PRIVATE: Final = 0o700
@@ -59,7 +59,7 @@ _FOLDER_NAME: Final = re.compile(r"[0-9a-f]{20}(\.old-[0-9a-f]{32})?")
 
 _IMPORT: Final = re.compile(
     rb"\n[ \t]*(?:from[ \t]+(PACKAGE[\w.]*)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)|import[ \t]+(PACKAGE[\w.]*))".replace(
-        b"PACKAGE", _PACKAGE.name.encode()
+        b"PACKAGE", PACKAGE.name.encode()
     )
 )
 """Import statement; a search for the start of any line, instead of a line break, would take three times as long."""
@@ -71,7 +71,7 @@ _log = logging.getLogger(__name__)
 def is_covered(function: Callable[..., Any]) -> bool:
     """Whether the hash covers the source of `function` and of all functions that it can call."""
     path = source_of(function)
-    if not path.is_relative_to(_PACKAGE):
+    if not path.is_relative_to(PACKAGE):
         return False
     if function.__closure__ is not None or "<locals>" in function.__qualname__:
         fault = " is defined inside another function: define it at the top level of the module"
@@ -79,7 +79,7 @@ def is_covered(function: Callable[..., Any]) -> bool:
         fault = ": the kernel cache does not follow relative imports; import by full names"
     else:
         return True
-    raise RuntimeError(f"kernel {function.__qualname__} in {path.relative_to(_PACKAGE.parent).as_posix()}{fault}")
+    raise RuntimeError(f"kernel {function.__qualname__} in {path.relative_to(PACKAGE.parent).as_posix()}{fault}")
 
 
 @cache
@@ -114,9 +114,9 @@ def cache_folder() -> Path | None:
     if numba.config.DISABLE_JIT:
         return None
     try:
-        if not (_PACKAGE / "__init__.py").is_file():
-            raise FileNotFoundError(errno.ENOENT, "no Python sources", str(_PACKAGE))
-        folder = _base_folder() / _PACKAGE.name / "kernels"
+        if not (PACKAGE / "__init__.py").is_file():
+            raise FileNotFoundError(errno.ENOENT, "no Python sources", str(PACKAGE))
+        folder = _base_folder() / PACKAGE.name / "kernels"
         if not folder.is_dir():
             missing = [place for place in (folder, *folder.parents) if not place.exists()]
             for place in reversed(missing):
@@ -248,7 +248,7 @@ def _candidates(text: bytes) -> tuple[str, ...]:
     """Paths in the package that the import statements in `text` may refer to; not all of them exist."""
     stems: set[str] = set()
     for statement in _IMPORT.finditer(b"\n" + text):
-        stem = os.path.join(_PACKAGE.parent, *(statement[1] or statement[3]).decode().split("."))
+        stem = os.path.join(PACKAGE.parent, *(statement[1] or statement[3]).decode().split("."))
         names = re.findall(r"\w+", (statement[2] or b"").decode())
         stems |= {stem, *(os.path.join(stem, name) for name in names)}
     return tuple(file for stem in stems for file in (f"{stem}.py", os.path.join(stem, "__init__.py")))

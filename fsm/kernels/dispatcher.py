@@ -30,7 +30,6 @@ from typing import Any, Final
 
 from numba.core import event, itanium_mangler, sigutils, typing, untyped_passes
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
-from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, CompilerBase, CompileResult, DefaultPassBuilder, Flags, compile_extra
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import PassManager
@@ -40,8 +39,9 @@ from numba.core.target_extension import jit_registry, target_registry
 from numba.core.types import containers
 from numba.core.types.misc import unliteral
 
-import fsm.kernels.array_items  # noqa: F401 (code of elements of arrays)
 from fsm.io.gc_startup import keep_garbage
+from fsm.kernels import linked_code
+from fsm.kernels.array_items import in_kernels
 from fsm.kernels.cache_folder import (
     OPTIONS,
     cache_folder,
@@ -54,6 +54,7 @@ from fsm.kernels.cache_folder import (
     source_of,
 )
 from fsm.kernels.compile_lock import CompileLock
+from fsm.kernels.lowering import with_less_code
 from fsm.kernels.records import Record
 
 _LONGEST_NAME: Final = 200
@@ -79,9 +80,20 @@ class _KernelPasses(CompilerBase):  # type: ignore[misc, unused-ignore]
         typed = DefaultPassBuilder.define_typed_pipeline(self.state)
         lowering = DefaultPassBuilder.define_nopython_lowering_pipeline(self.state)
         whole = PassManager("nopython")
-        whole.passes.extend([*untyped.passes, *typed.passes, *lowering.passes])
+        whole.passes.extend([*untyped.passes, *typed.passes, *with_less_code(lowering.passes)])
         whole.finalize()
         return [whole]
+
+
+class _LinkedPasses(Compiler):  # type: ignore[misc, unused-ignore]
+    """Passes of numba's compiler, for functions of numba and of users that kernels link."""
+
+    def define_pipelines(self) -> list[Any]:
+        """Return the passes as numba's own compiler groups them."""
+        found = super().define_pipelines()
+        for manager in found:
+            manager.passes[:] = with_less_code(manager.passes)
+        return list(found)
 
 
 class _Linkable(CPUDispatcher):  # type: ignore[misc, unused-ignore]
@@ -94,7 +106,7 @@ class _Linkable(CPUDispatcher):  # type: ignore[misc, unused-ignore]
     options : options of numba
     """
 
-    def __init__(self, function: Callable[..., Any], passes: type[CompilerBase] = Compiler, **options: Any) -> None:
+    def __init__(self, function: Callable[..., Any], passes: type[CompilerBase] = _LinkedPasses, **options: Any) -> None:
         super().__init__(function, targetoptions=options, pipeline_class=passes)
         self._passes = passes
         self.targetctx.mangler = _short_name
@@ -125,20 +137,34 @@ class _Linkable(CPUDispatcher):  # type: ignore[misc, unused-ignore]
         if called is not None and _is_linkable(called.library):
             self._linked[kinds] = called
             return
-        with self._compiling_counter, event.trigger_event(
+        file = self._entry(kinds)
+        result = None if file is None else linked_code.load(file, kinds, self.targetctx)
+        if result is None:
+            result = self._compiled(kinds)
+            if file is not None:
+                linked_code.save(file, source_of(self.py_func), result)
+        result = result._replace(entry_point=object())
+        self.targetctx.insert_user_function(result.entry_point, result.fndesc, [result.library])
+        self._linked[kinds] = result
+
+    def _compiled(self, kinds: tuple[Any, ...]) -> Any:
+        """Code of the function for other kernels."""
+        with in_kernels(), self._compiling_counter, event.trigger_event(
             "numba:compile", data={"dispatcher": self, "args": kinds, "return_type": None}
         ):
             flags = Flags()
             self.targetdescr.options.parse_as_flags(flags, self.targetoptions)
             flags.no_cpython_wrapper = flags.no_cfunc_wrapper = flags.no_compile = True
-            library = _LinkedLibrary(self.targetctx.codegen(), self.py_func.__qualname__)
-            result = compile_extra(
+            library = linked_code.LinkedLibrary(self.targetctx.codegen(), self.py_func.__qualname__)
+            library.sources, library.covered = linked_code.origin(self.py_func)
+            return compile_extra(
                 self.typingctx, self.targetctx, self.py_func, kinds, None, flags, self.locals, library=library,
                 pipeline_class=self._passes,
             )
-            result = result._replace(entry_point=object())
-            self.targetctx.insert_user_function(result.entry_point, result.fndesc, [library])
-            self._linked[kinds] = result
+
+    def _entry(self, kinds: tuple[Any, ...]) -> Path | None:
+        """File for the code of the function for other kernels, if it is kept."""
+        return None
 
 
 class KernelDispatcher(_Linkable):
@@ -164,7 +190,7 @@ class KernelDispatcher(_Linkable):
         collects = gc.isenabled()
         gc.disable()  # a compilation allocates millions of objects that live until its end
         try:
-            with global_compiler_lock, _overloads_linked():
+            with global_compiler_lock, _overloads_linked(), in_kernels():
                 kinds = sigutils.normalize_signature(sig)[0]
                 self.targetoptions["no_cfunc_wrapper"] = not self._address and _has_tuples(kinds)
                 return super().compile(sig)
@@ -201,6 +227,12 @@ class KernelDispatcher(_Linkable):
 
     def _kind(self, given: Any) -> Any:
         return unliteral(given)  # not compiled for each constant
+
+    def _entry(self, kinds: tuple[Any, ...]) -> Path | None:
+        self._begin_cache()
+        if not isinstance(self._cache, _KernelCache) or not self._cache._enabled:
+            return None
+        return linked_code.entry(self._cache.folder, self.py_func, kinds, _field_names(kinds))
 
     def _compilation_chain_init_hook(self) -> None:
         """Do nothing before a call: extensions of numba are needed for a compilation only, which loads them itself."""
@@ -274,27 +306,13 @@ def _short_name(name: str, types: Any, *, abi_tags: Any = (), uid: int | None = 
     if len(whole) <= _LONGEST_NAME:
         return str(itanium_mangler.mangle(name, types, abi_tags=abi_tags, uid=uid))
     digest = hashlib.sha256(whole.encode()).hexdigest()[:32]
-    return str(itanium_mangler.mangle(f"{name.rpartition('.')[2]}.{digest}", (), uid=uid))
+    inner = "<locals>." * ("<locals>" in name)  # as `fsm.kernels.linked_code` finds these functions
+    return str(itanium_mangler.mangle(f"{inner}{name.rpartition('.')[2]}.{digest}", (), uid=uid))
 
 
 def _is_linkable(library: Any) -> bool:
     """Whether a library has the code that another library links. A library from the cache has machine code only."""
     return any(not function.is_declaration for function in library._final_module.functions)
-
-
-class _LinkedLibrary(JITCodeLibrary):  # type: ignore[misc, unused-ignore]
-    """Code of a function that other libraries link; it has no separate machine code.
-
-    Passes over whole modules run once, in the library of the kernel that Python calls.
-    """
-
-    def _optimize_final_module(self) -> None:
-        pass
-
-    def _finalize_final_module(self) -> None:
-        self._finalize_dynamic_globals()
-        self._verify_declare_only_symbols()
-        self._finalized = True
 
 
 # ------------------------------------------------------------------------------------------------------ cache
@@ -376,15 +394,15 @@ class _KernelCache(FunctionCache):
     def __init__(self, function: Callable[..., Any], address: bool) -> None:
         self._impl_class = functools.partial(_CacheImpl, address=address)
         super().__init__(function)
-        self._folder = Path(self._cache_path)
+        self.folder = Path(self._cache_path)
         self._file = source_of(function)
-        self.lock = CompileLock(self._folder / f"{self._impl.filename_base}.lock")
-        if self._folder.exists():
-            if (fault := fault_of(self._folder)) is not None:
+        self.lock = CompileLock(self.folder / f"{self._impl.filename_base}.lock")
+        if self.folder.exists():
+            if (fault := fault_of(self.folder)) is not None:
                 _log.warning("compiled kernels are not used: %s", fault)
                 self.disable()
             else:
-                mark_as_used(self._folder)
+                mark_as_used(self.folder)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the stored machine code for the signature `sig`, or None; this process compiles the kernel then.
@@ -393,7 +411,7 @@ class _KernelCache(FunctionCache):
         """
         rtsys.initialize(target_context)
         stored = self._stored(sig, target_context)
-        if stored is None and self._enabled and self._folder.name == key_now(self._file) and self.lock.acquire():
+        if stored is None and self._enabled and self.folder.name == key_now(self._file) and self.lock.acquire():
             stored = self._stored(sig, target_context)  # another process has compiled the kernel in the meantime
         return stored
 
@@ -412,7 +430,7 @@ class _KernelCache(FunctionCache):
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Store the machine code for the signature `sig` unless the sources have changed since import."""
-        if self._folder.name != key_now(self._file):
+        if self.folder.name != key_now(self._file):
             return
         try:
             super().save_overload(sig, data)

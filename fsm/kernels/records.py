@@ -19,7 +19,9 @@ from numba.core import cgutils
 from numba.core.imputils import lower_getattr_generic
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numba.core.typing.typeof import typeof_impl
-from numba.np.arrayobj import make_array, populate_array
+from numba.np.arrayobj import make_array
+
+from fsm.kernels.array_items import array_value
 
 K = TypeVar("K", bound=type)
 
@@ -108,17 +110,10 @@ def _write(context: Any, builder: Any, kind: Any, value: Any, memory: Any, word:
 def _read(context: Any, builder: Any, kind: Any, memory: Any, word: int) -> Any:
     """Value of a field."""
     if isinstance(kind, types.Array):
-        array = make_array(kind)(context, builder)
-        size = ir.Constant(_WORD, context.get_abi_sizeof(context.get_data_type(kind.dtype)))
         shape = [builder.load(_place(builder, memory, word + 1 + axis)) for axis in range(kind.ndim)]
-        strides: list[Any] = []
-        step = size
-        for length in reversed(shape):
-            strides.insert(0, step)
-            step = builder.mul(step, length)
-        data = builder.inttoptr(builder.load(_place(builder, memory, word)), array.data.type)
-        populate_array(array, data=data, shape=shape, strides=strides, itemsize=size, meminfo=None)
-        return array._getvalue()
+        start = builder.load(_place(builder, memory, word))
+        data = builder.inttoptr(start, context.get_data_type(kind.dtype).as_pointer())
+        return array_value(context, builder, kind, data, shape)
     if isinstance(kind, types.BaseTuple):
         parts = []
         for of in kind.types:

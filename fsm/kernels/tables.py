@@ -8,6 +8,7 @@ A `NamedTuple` declares the fields of a table once: name, and type by `Floats1`,
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Annotated, Any, TypeVar, cast, get_args, get_type_hints
@@ -19,9 +20,9 @@ from llvmlite import ir
 from numba.core import types
 from numba.core.imputils import lower_getattr_generic
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
-from numba.np.arrayobj import make_array, populate_array
 
 from fsm.kernels.addresses import ROW, address_table
+from fsm.kernels.array_items import array_value
 
 T = TypeVar("T")
 U = TypeVar("U")
@@ -106,11 +107,16 @@ def with_rows(arrays: Any, names: Iterable[str], count: int) -> Any:
 
 
 class _Table(types.Type):  # type: ignore[misc, unused-ignore]
-    """Type of a table in kernels: its address."""
+    """Type of a table in kernels: its address. Its name identifies the fields, whose rows are constants in machine code."""
 
     def __init__(self, kind: type) -> None:
         self.kind = kind
-        super().__init__(name=f"Table({kind.__module__}.{kind.__qualname__})")
+        fields = ",".join(f"{name}:{of}" for name, (_, of) in _fields(kind).items())
+        digest = hashlib.sha256(fields.encode()).hexdigest()[:16]
+        super().__init__(name=f"Table({kind.__module__}.{kind.__qualname__}.{digest})")
+
+    def __reduce__(self) -> Any:
+        return _Table, (self.kind,)
 
 
 @numba.extending.register_model(_Table)
@@ -184,21 +190,10 @@ if not numba.config.DISABLE_JIT:
     @lower_getattr_generic(_Table)
     def _field(context: Any, builder: Any, table: Any, address: Any, name: str) -> Any:
         row, kind = _fields(table.kind)[name]
-
-        def number(column: int) -> Any:
-            place = builder.add(address, ir.Constant(_WORD, 8 * (ROW * row + column)))
-            return builder.load(builder.inttoptr(place, _WORD.as_pointer()))
-
-        shape = [number(1 + axis) for axis in range(kind.ndim)]
-        strides: list[Any] = []
-        size = ir.Constant(_WORD, 8)
-        for length in reversed(shape):
-            strides.insert(0, size)
-            size = builder.mul(size, length)
-        array = make_array(kind)(context, builder)
-        data = builder.inttoptr(number(0), array.data.type)
-        populate_array(array, data=data, shape=shape, strides=strides, itemsize=ir.Constant(_WORD, 8), meminfo=None)
-        return array._getvalue()
+        start = builder.inttoptr(builder.add(address, ir.Constant(_WORD, 8 * ROW * row)), _WORD.as_pointer())
+        shape = [builder.load(builder.gep(start, [ir.Constant(_WORD, 1 + axis)])) for axis in range(kind.ndim)]
+        data = builder.inttoptr(builder.load(start), context.get_data_type(kind.dtype).as_pointer())
+        return array_value(context, builder, kind, data, shape)
 
 
 def table_in(kind: type[T]) -> Callable[[np.ndarray, int], T]:

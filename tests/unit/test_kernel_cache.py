@@ -19,7 +19,10 @@ from typing import Any
 import pytest
 
 KERNELS_PACKAGE = Path(__file__).resolve().parents[2] / "fsm" / "kernels"
-COPIED = ("jit.py", "dispatcher.py", "cache_folder.py", "compile_lock.py", "array_items.py", "records.py")
+COPIED = (
+    "jit.py", "dispatcher.py", "cache_folder.py", "compile_lock.py", "array_items.py", "records.py",
+    "linked_code.py", "lowering.py",
+)  # fmt: skip
 
 CALLEE = """
     from toy.kernels.jit import kernel
@@ -232,6 +235,30 @@ def test_edit_of_a_callee_is_seen(toy: Toy) -> None:
     assert third["misses"] == 0  # back to the first sources: their machine code is still in the cache
     # The behaviour of numba alone, which is the reason for this cache. If this test fails, numba has been improved.
     assert (first["plain"], second["plain"]) == (5.0, 5.0)
+
+
+def test_code_of_linked_functions_is_kept_for_other_kernels(toy: Toy) -> None:
+    other = """
+        import numpy as np
+        from toy.kernels.callee import scale
+        from toy.kernels.jit import kernel
+
+        @kernel
+        def half(x):
+            return 0.5 * scale(x)
+    """
+    toy.write("laws/other.py", other)
+    call = "from toy.laws.other import half; extra['half'] = half(4.0)"
+    toy.run()
+    second = toy.run(call)
+    assert (second["half"], second["compiled"]) == (10.0, ["toy.laws.other.half"])
+    for file in toy.entries("callee.scale.linked*"):
+        file.write_bytes(b"damaged")
+    toy.write("laws/other.py", other.replace("0.5", "0.25"))
+    third = toy.run(call)
+    assert (third["half"], third["compiled"]) == (5.0, ["toy.laws.other.half", "toy.kernels.callee.scale"])
+    toy.set_factor(7)
+    assert toy.run(call)["half"] == 7.0
 
 
 @pytest.mark.nightly
