@@ -5,10 +5,10 @@ derivatives z (2n, p) with respect to p numbers satisfy the linear equation
 
     z' = A(t) z + B(t)
 
-along the motion. A and B are differences of consistent accelerations at the same state: of the system itself with 2n varied
-states, and of p systems compiled with one number increased. They cost 2n + p accelerations at a time; a run with other
-numbers costs 12 for each of its steps. Other numbers move joints, so B includes the motion of the dependent bodies that
-closes the joints again.
+along the motion. A and B are differences of consistent accelerations at the same state: of the system itself with 4n varied
+states (central differences), and of p systems compiled with one number increased. They cost 4n + p accelerations at a time;
+a run with other numbers costs 12 for each of its steps. Other numbers move joints, so B includes the motion of the dependent
+bodies that closes the joints again.
 
 The interval between two switches of a law is divided into panels. In each, z is the polynomial that satisfies the equation
 at the Lobatto points, of order 2m - 2 with m points at the end of a panel. The last coefficient of z' is the error, which
@@ -49,8 +49,8 @@ from fsm.studies.problem import LATCH_TIME
 
 STEP_OF_MOTION = 1e-7
 """Relative step of a number, in one-sided differences."""
-_STATE_STEP = 1e-7
-"""Step of a changed state, m, rad, m/s and rad/s."""
+_STATE_STEP = 3e-6
+"""Step of a changed state in central differences, m, rad, m/s and rad/s."""
 _POINTS = 6
 """Lobatto points of a panel."""
 _ERROR = 1e-4
@@ -254,10 +254,11 @@ class MotionDerivatives:
             self._choose(t, q, u)
         chosen = self._chosen
         m = len(chosen)
-        ways = np.zeros((1 + 2 * m, 2 * n))
+        ways = np.zeros((1 + 4 * m, 2 * n))
         ways[np.arange(1, m + 1), chosen] = ways[np.arange(m + 1, 2 * m + 1), n + chosen] = _STATE_STEP
+        ways[2 * m + 1 :] = -ways[1 : 2 * m + 1]
         out = self._respond(self.solver, t, q, u, ways)
-        by = (out[1:] - out[0]).T / _STATE_STEP  # (3 nu, 2 m)
+        by = (out[1 : 2 * m + 1] - out[2 * m + 1 :]).T / (2.0 * _STATE_STEP)  # (3 nu, 2 m)
         given = np.zeros((3 * n, len(self.varied)))
         for k, one in enumerate(self.varied):
             given[:, k] = (self._respond(one.solver, t, q, u, ways[:1])[0] - out[0]) / one.step
