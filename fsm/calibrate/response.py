@@ -88,7 +88,7 @@ def force_response(
     force = np.array([path.force[row] for row in rows])
     if not parameters:
         return Response(travel, force)
-    sensitivity = PathSensitivity(system, vary_parameters(case, scene, system, parameters, derivative == "adjoint"))
+    sensitivity = PathSensitivity(system, vary_parameters(case, scene, system, parameters, central=derivative == "adjoint"))
     if derivative == "adjoint":
         jacobian = np.array([sensitivity.adjoint(*path.restore(row))[0] for row in rows])
     else:

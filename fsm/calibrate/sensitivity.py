@@ -8,9 +8,9 @@ method finds z, starting from that of the state before:
 
 One factorisation serves all parameters. With d -> 0 this is implicit differentiation, A z = dh/dp. Differences at a fixed q
 would be wrong: a change of lengths by 1e-6 stretches stiff springs more than the forces of the state do. Both systems have
-the same residual, so that of the equilibrium does not matter. The relative step d = 1e-6 has an error of d/2 times the
-second derivative of the path. The round-off of stiff springs, 1e-16/d of stiffness times size, is a pair of opposite forces
-at almost the same place, so little of it is left in dz and (dr/dq) dz. Where the sides of contacts move, the second
+the same residual, so that of the equilibrium does not matter. The relative step d, 1e-6 to 5e-6, has an error of d/2 times
+the second derivative of the path. The round-off of stiff springs, 1e-16/d of stiffness times size, is a pair of opposite
+forces at almost the same place, so little of it is left in dz and (dr/dq) dz. Where the sides of contacts move, the second
 derivative is up to 1e3 times larger, and d = 1e-8.
 
 Dampers and friction compute rates as differences from the previous state, whose derivative is known then: it changes with
@@ -18,7 +18,8 @@ the parameter too. Times change with the drives, so that states at the same trav
 
 With contacts of flexible parts, differences are central, p + d and p - d. Systems of nodes alone have no dr/dq, and the
 round-off of r counts: their differences are central with d = 5e-4, with an error of d^2 times the third derivative and a
-round-off of 1e-6. Newton's method is repeated until dz does not matter.
+round-off of 1e-6. The tangent is that of the system itself, so the corrections dz decrease by a constant factor. They are
+repeated until the remaining error of z and of the reactions is below 1e-8, or 1e-6 in states before those asked for.
 
 The adjoint method solves A^T lambda = (dr/dq)^T once for each force, r' = dr/dp + lambda . dh/dp with central differences
 at a fixed q. Dampers and friction have none: it would run backwards in time.
@@ -49,17 +50,26 @@ from fsm.solve.interface.records import PreviousState
 
 _STEP = 1e-6
 """Relative step of a parameter."""
+_FREE_STEP = 5e-6
+"""The same without contacts, where the round-off of stiff joints counts more than the second derivative."""
 _CONTACT_STEP = 1e-8
 """The same for a parameter that moves the sides of contacts of rigid bodies."""
 _NODES_STEP = 5e-4
 """The same for systems of nodes alone, in central differences."""
 _MOST = 6
 """Largest number of corrections of a neighbouring equilibrium."""
-_NEAR = 0.02
-"""Correction of a neighbouring equilibrium, relative to its distance, with a negligible error, which is quadratic."""
+_NEAR = 1e-8
+"""Error of a neighbouring equilibrium, relative to its distance."""
+_FAR = 1e-6
+"""The same in a state before those whose derivatives are needed."""
 _SAME = 1e-8
 """The same without dr/dq."""
+_SMALL = 1e-3
+"""Effect of a number on the reactions, relative to the largest effect, below which its error is relative to the latter."""
+_FIRST_RATE = 1e-3
+"""Least ratio of two successive corrections, until it has been measured at a state."""
 _OTHER_SIZE = "changes the number of degrees of freedom; it cannot be varied continuously"
+_NO_RATES = "a small change adds dampers, and the run has none; give a value above 0 for exact derivatives"
 _EQUILIBRIUM = 1e-4
 """Largest ratio of the residual of an equilibrium to the largest drive force; a state with a larger ratio is in motion."""
 _ROUND_OFF = 1e-13
@@ -107,7 +117,10 @@ def vary_parameters(
 def _vary(case: Case, scene: Scene, system: SegmentSystem, path: str, central: bool) -> VariedParameter:
     value, rigid = value_at(case, path), type(system) is SegmentSystem
     size = abs(value) or 1.0
-    step = _NODES_STEP if not _has_bodies(system) else _CONTACT_STEP if central and system.contacts else _STEP
+    if not _has_bodies(system):
+        step = _NODES_STEP
+    else:
+        step = _FREE_STEP if not system.contacts else _CONTACT_STEP if central else _STEP
     central = central or not _has_bodies(system) or (not rigid and bool(system.contacts))
 
     def changed(by: float) -> Scene:
@@ -128,6 +141,8 @@ def _vary(case: Case, scene: Scene, system: SegmentSystem, path: str, central: b
             varied = compile_whole(case, one, None)
         if varied.nq != system.nq:
             raise CaseError(Fault(path, _OTHER_SIZE))
+        if varied.rate_dependent != system.rate_dependent:
+            raise CaseError(Fault(path, f"is {value:g}; {_NO_RATES}"))
         found.append(VariedSystem(varied, signed * size, 0.5 if central else 1.0))
     return VariedParameter(path, tuple(found))
 
@@ -175,6 +190,7 @@ class PathSensitivity:
         self._scales = system.scales()
         self.start_error = np.zeros(system.nu)
         self._ways = np.zeros((system.nu, len(self._varied)))
+        self._rates = np.full(len(self._varied), _FIRST_RATE)
 
     @property
     def derivative(self) -> np.ndarray:
@@ -227,8 +243,10 @@ class PathSensitivity:
         changes, left = np.zeros((len(own[1]), len(self._varied))), np.arange(len(self._varied))
         for k in left.tolist():
             self._restore(k, memory)
-        for _ in range(_MOST):
-            residual = np.zeros((len(own[0]), len(left)))
+        tolerance = _SAME if by_motion is None else _NEAR if needed else _FAR
+        last = np.full(len(left), math.inf)
+        for turn in range(_MOST):
+            residual, earlier = np.zeros((len(own[0]), len(left))), changes[:, left]
             for column, k in enumerate(left.tolist()):
                 force, reaction = self._balance(k, t, q, before, past, ways)
                 residual[:, column] = (force - own[0]) / self._steps[k]
@@ -237,10 +255,20 @@ class PathSensitivity:
             ways[:, left] += more
             if by_motion is not None:
                 changes[:, left] += by_motion @ more
-            correction, whole = (
-                np.abs(array / self._scales.span[:, None]).max(axis=0, initial=0.0) for array in (more, ways[:, left])
-            )
-            left = left[correction > (_NEAR if by_motion is not None else _SAME) * whole]
+            span = self._scales.span[:, None]
+            whole = np.abs(ways[:, left] / span).max(axis=0, initial=0.0)
+            correction = _largest(more / span, whole)
+            if turn > 0 and needed and by_motion is not None:
+                effect = np.abs(self._steps * changes)
+                size = np.maximum(effect[:, left], _SMALL * effect.max(axis=1, initial=0.0, keepdims=True))
+                moved = self._steps[left] * (changes[:, left] - earlier)
+                correction = np.maximum(correction, _largest(moved, size))
+            if turn > 0:
+                self._rates[left] = np.minimum(correction / last, 1.0)
+            elif needed:
+                self._rates = np.maximum(self._rates, _FIRST_RATE)
+            open_ = self._rates[left] * correction > tolerance
+            left, last = left[open_], np.maximum(correction[open_], 1e-300)
             if not len(left):
                 break
         self._ways = ways
@@ -319,3 +347,9 @@ class PathSensitivity:
             return linear.stiffness, None
         pattern, damping = linear.damping.pattern, linear.damping.data / (t - before[0])
         return linear.stiffness.with_data(linear.stiffness.data + damping), BlockMatrix(pattern, damping)
+
+
+def _largest(values: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """Largest component of each column (m,) relative to sizes, which broadcast; zero for sizes of zero."""
+    ratios = np.abs(values) / np.where(sizes > 0.0, sizes, math.inf)
+    return np.asarray(ratios.max(axis=0, initial=0.0))

@@ -5,10 +5,10 @@ derivatives z (2n, p) with respect to p numbers satisfy the linear equation
 
     z' = A(t) z + B(t)
 
-along the motion. A and B are differences of consistent accelerations at the same state: of the system itself with 2n varied
-states, and of p systems compiled with one number increased. They cost 2n + p accelerations at a time; a run with other
-numbers costs 12 for each of its steps. Other numbers move joints, so B includes the motion of the dependent bodies that
-closes the joints again.
+along the motion. A and B are differences of consistent accelerations at the same state: of the system itself with 4n varied
+states (central differences), and of p systems compiled with one number increased. They cost 4n + p accelerations at a time;
+a run with other numbers costs 12 for each of its steps. Other numbers move joints, so B includes the motion of the dependent
+bodies that closes the joints again.
 
 The interval between two switches of a law is divided into panels. In each, z is the polynomial that satisfies the equation
 at the Lobatto points, of order 2m - 2 with m points at the end of a panel. The last coefficient of z' is the error, which
@@ -38,44 +38,19 @@ from fsm.channels.offer import Model, State, offers_of
 from fsm.errors import CaseError, Fault
 from fsm.kernels.pointers import enter
 from fsm.model.compile.compile_case import compile_planned, compile_whole
-from fsm.model.elements.joint_forces import JointForceGroup
-from fsm.model.elements.joint_laws import (
-    BAND,
-    DAMPER,
-    FOLLOWS,
-    FREE,
-    FRICTION,
-    LATCH,
-    LATCH_AT,
-    LATCH_DAMPER,
-    LATCH_SENSE,
-    LATCHED,
-    LOAD,
-    LOWER,
-    PLAY,
-    PRESLIDING,
-    REBOUND,
-    REST,
-    SIDE,
-    SLIDER,
-    SPRING,
-    SPRING_SLIDER,
-    STOP,
-    STOP_DAMPER,
-    UPPER,
-)
 from fsm.model.system.system import SegmentSystem
 from fsm.solve.outcome.energy_balance import EnergyBalance
 from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.stepping.outcomes import STEPPED
 from fsm.solve.stepping.responses import respond_arrays
 from fsm.solve.time.explicit import Explicit
+from fsm.studies.motion_switches import NOTHING, JointSwitches
 from fsm.studies.problem import LATCH_TIME
 
 STEP_OF_MOTION = 1e-7
 """Relative step of a number, in one-sided differences."""
-_STATE_STEP = 1e-7
-"""Step of a changed state, m, rad, m/s and rad/s."""
+_STATE_STEP = 3e-6
+"""Step of a changed state in central differences, m, rad, m/s and rad/s."""
 _POINTS = 6
 """Lobatto points of a panel."""
 _ERROR = 1e-4
@@ -92,8 +67,6 @@ _TURNS = 0.1
 """Weight of displacements against turns in the choice of coordinates; turns depend on each other more simply."""
 _PAST = 4e-9
 """Distance before and after a switch, in its switching function, rad or m; latches close within 1e-9."""
-_NOTHING = 1e-12
-"""Least value of a switching function with which a stop or latch pushes, rad or m."""
 _AXES = ("x", "y", "z")
 _OTHER = "no motion of rigid bodies with ideal joints in the explicit method"
 
@@ -216,11 +189,8 @@ class MotionDerivatives:
             solver = Explicit(system, 0.0, *system.initial(), rtol)
             self.varied.append(Varied(system, solver, step, other, scene))
         self.evaluations, self.switches = 0, list[tuple[float, np.ndarray, str]]()
-        self._groups = [_joint_forces(system) for system in (self.system, *(one.system for one in self.varied))]
-        self._laws = [None if group is None else group.laws.copy() for group in self._groups]
+        self._joints = JointSwitches([self.system, *(one.system for one in self.varied)])
         self._breaks = self.system.break_times()
-        self._held: tuple[np.ndarray, np.ndarray] | None = None
-        self._held_laws = np.zeros((0, 0))
         self._regime = np.zeros(0, dtype=bool), np.zeros(0)
         self._quality = 1.0
         self._known: tuple[float, _Node] | None = None
@@ -234,15 +204,6 @@ class MotionDerivatives:
             raise CaseError(Fault("solve.method", _OTHER))
         if system.contacts or system.motions:
             raise CaseError(Fault("contact", "a motion with contact or drives has no exact derivatives"))
-        group = _joint_forces(system)
-        if group is None:
-            return
-        if np.any(group.programs[:, FREE] >= 0):
-            raise CaseError(Fault("scene.joints", "moving free lengths of springs have no exact derivatives"))
-        columns = [FRICTION, FOLLOWS, PRESLIDING, SLIDER, SPRING_SLIDER, SIDE, BAND]
-        if np.any(group.laws[:, columns]) or np.any(group.laws[:, REBOUND]):
-            text = "friction, hysteresis, rebound and one-sided springs of joints have no exact derivatives"
-            raise CaseError(Fault("scene.joints", text))
 
     def _start(self) -> MotionState:
         """State at the start with its derivatives."""
@@ -258,29 +219,6 @@ class MotionDerivatives:
         return MotionState(0.0, q.copy(), u.copy(), self.system.memory(), by_q, by_u)
 
     # nodes ------------------------------------------------------------------------------------------------------------
-
-    def _hold(self, pushes: np.ndarray, latched: np.ndarray) -> None:
-        """Let stops and latches of all systems push or not, whatever their coordinates; else a step of a difference would
-        pass a switch nearby.
-
-        A law that pushes, k (c - l) + d c', becomes a part of spring and damper.
-        """
-        own, laws = self._groups[0], self._held_laws
-        if own is None:
-            return
-        if self._held is None or not all(map(np.array_equal, self._held, (pushes, latched))):
-            self._held = pushes.copy(), latched.copy()
-            for group, given in zip(self._groups, self._laws, strict=True):
-                if group is not None and given is not None:
-                    group.laws[:] = _held_laws(given, pushes.reshape(-1, 3), latched)
-            self._held_laws = own.laws.copy()
-        else:
-            own.laws[:] = laws
-
-    def _release(self) -> None:
-        """Restore the laws of the system itself."""
-        if self._groups[0] is not None:
-            self._groups[0].laws[:] = self._laws[0]
 
     def _respond(self, solver: Explicit, t: float, q: np.ndarray, u: np.ndarray, ways: np.ndarray) -> np.ndarray:
         """See `fsm.solve.stepping.responses`."""
@@ -311,19 +249,20 @@ class MotionDerivatives:
     def _node(self, t: float, q: np.ndarray, u: np.ndarray, poor: float = _POOR) -> _Node:
         """Linear equations at a state."""
         n = len(u)
-        self._hold(*self._regime)
+        self._joints.hold(*self._regime)
         if not len(self._chosen):
             self._choose(t, q, u)
         chosen = self._chosen
         m = len(chosen)
-        ways = np.zeros((1 + 2 * m, 2 * n))
+        ways = np.zeros((1 + 4 * m, 2 * n))
         ways[np.arange(1, m + 1), chosen] = ways[np.arange(m + 1, 2 * m + 1), n + chosen] = _STATE_STEP
+        ways[2 * m + 1 :] = -ways[1 : 2 * m + 1]
         out = self._respond(self.solver, t, q, u, ways)
-        by = (out[1:] - out[0]).T / _STATE_STEP  # (3 nu, 2 m)
+        by = (out[1 : 2 * m + 1] - out[2 * m + 1 :]).T / (2.0 * _STATE_STEP)  # (3 nu, 2 m)
         given = np.zeros((3 * n, len(self.varied)))
         for k, one in enumerate(self.varied):
             given[:, k] = (self._respond(one.solver, t, q, u, ways[:1])[0] - out[0]) / one.step
-        self._release()
+        self._joints.release()
         pick = np.concatenate([chosen, n + chosen])
         inner = by[pick]
         if _quality(np.linalg.qr(by[:n, :m])[0], chosen) < poor * self._quality:
@@ -389,8 +328,8 @@ class MotionDerivatives:
 
     def _collocate(self, begin: MotionState, length: float) -> _Panel | _Switch:
         """Derivatives at the end of a panel, or the first switch in it."""
-        latched, solver = self._latched(), self.solver
-        pushes = self._switching(0, begin.t, begin.q, begin.u, latched) > _NOTHING
+        latched, solver = self._joints.latched(), self.solver
+        pushes = self._joints.values(0, begin.t, begin.q, begin.u, latched) > NOTHING
         self._regime = pushes, latched
         for one in self.varied:
             one.system.restore(begin.memory)
@@ -398,8 +337,8 @@ class MotionDerivatives:
         for part in _AT[1:].tolist():
             t = begin.t + part * length
             self._march(t)
-            now = self._switching(0, t, solver.q, solver.u, latched)
-            changed = np.flatnonzero((now > _NOTHING) != pushes)
+            now = self._joints.values(0, t, solver.q, solver.u, latched)
+            changed = np.flatnonzero((now > NOTHING) != pushes)
             if len(changed):
                 return self._locate(*before, t, changed, np.where(pushes[changed], -1.0, 1.0), latched)
             try:
@@ -448,34 +387,6 @@ class MotionDerivatives:
 
     # switches ---------------------------------------------------------------------------------------------------------
 
-    def _latched(self) -> np.ndarray:
-        """State of the latches at the last accepted step, (m,)."""
-        group = self._groups[0]
-        m = 0 if group is None else len(group.start)
-        return np.zeros(0) if group is None else group.memory_of[LATCHED * m : (LATCHED + 1) * m].copy()
-
-    def _switching(self, which: int, t: float, q: np.ndarray, u: np.ndarray, latched: np.ndarray) -> np.ndarray:
-        """Values (m, 3) of the coordinates beyond lower stop, upper stop and latch, as one array, rad or m; positive while
-        these push. Before a latch closes, its coordinate beyond the place where it does.
-        """
-        group = self._groups[which]
-        if group is None:
-            return np.zeros(0)
-        system = self.system if which == 0 else self.varied[which - 1].system
-        found, laws = group.states(t, *system.place(t, q, u)), self._laws[which]
-        assert laws is not None
-        c, rate, values = found[:, 0], found[:, 1], np.full((len(laws), 3), -1.0)
-        sense, limits = laws[:, LATCH_SENSE], _limits(laws)
-        stops, latches = laws[:, [STOP, STOP_DAMPER]].T, laws[:, [LATCH, LATCH_DAMPER]].T
-        sides = (0, -1.0, *stops, stops[0] > 0.0), (1, 1.0, *stops, stops[0] > 0.0), (2, -sense, *latches, latched > 0.0)
-        for side, way, stiffness, damping, acts in sides:
-            beyond = way * (c - np.where(acts, limits[:, side], 0.0))
-            pushed = beyond + damping / np.where(stiffness > 0.0, stiffness, 1.0) * way * rate
-            values[acts, side] = np.minimum(beyond, pushed)[acts]
-        opens = (laws[:, LATCH] > 0.0) & (latched == 0.0)
-        values[opens, 2] = (sense * (c - laws[:, LATCH_AT]))[opens]
-        return values.ravel()
-
     def _locate(
         self, before: MotionState, resume: Any, after: float, changed: np.ndarray, ways: np.ndarray, latched: np.ndarray
     ) -> _Switch:
@@ -484,9 +395,9 @@ class MotionDerivatives:
         def nearest(t: float) -> float:
             self._back(before, resume)
             self._march(t)
-            return float((ways * self._switching(0, t, self.solver.q, self.solver.u, latched)[changed]).max())
+            return float((ways * self._joints.values(0, t, self.solver.q, self.solver.u, latched)[changed]).max())
 
-        low = float((ways * self._switching(0, before.t, before.q, before.u, latched)[changed]).max())
+        low = float((ways * self._joints.values(0, before.t, before.q, before.u, latched)[changed]).max())
         if low >= 0.0:
             return _Switch(before.t, before.t, latched)
         t = float(brentq(nearest, before.t, after, xtol=1e-15 * max(after, 1.0), rtol=8.9e-16))
@@ -500,29 +411,29 @@ class MotionDerivatives:
         self, t: float, q: np.ndarray, u: np.ndarray, values: np.ndarray, latched: np.ndarray, still: np.ndarray
     ) -> np.ndarray:
         """Acceleration at a state with given values of the switching functions."""
-        self._hold(values > _NOTHING, latched)
+        self._joints.hold(values > NOTHING, latched)
         rate = self._respond(self.solver, t, q, u, still)[0, 2 * len(u) :]
-        self._release()
+        self._joints.release()
         return rate
 
     def _pass(self, switch: _Switch) -> None:
         """Pass a switch with the jump of the derivatives there."""
         state, latched, still = self.state, switch.latched, np.zeros((1, 2 * len(self.state.u)))
-        before = self._switching(0, state.t, state.q, state.u, latched)
-        self._regime = before > _NOTHING, latched
+        before = self._joints.values(0, state.t, state.q, state.u, latched)
+        self._regime = before > NOTHING, latched
         node, m = self._first_node(state), len(self._chosen)
         self._march(max(switch.after, math.nextafter(state.t, math.inf)))
-        q, u, t, now = self.solver.q.copy(), self.solver.u.copy(), self.solver.t, self._latched()
-        after, acting = self._switching(0, t, q, u, latched), self._switching(0, t, q, u, now)
-        changed = np.flatnonzero((before > _NOTHING) != (after > _NOTHING))
+        q, u, t, now = self.solver.q.copy(), self.solver.u.copy(), self.solver.t, self._joints.latched()
+        after, acting = self._joints.values(0, t, q, u, latched), self._joints.values(0, t, q, u, now)
+        changed = np.flatnonzero((before > NOTHING) != (after > NOTHING))
         closes = (changed % 3 == 2) & (latched[changed // 3] == 0.0)
         z, middle = np.concatenate([state.by_q[self._chosen], state.by_u[self._chosen]]), 0.5 * (state.t + t)
         for row in changed[closes].tolist():
-            self.switches.append((*self._delay(row, state, t, before, after, latched), "latch closes"))
+            self.switches.append((*self._delay(row, state, (t, after), before, latched), "latch closes"))
         part = before.copy()
         rate = self._rate(t, q, u, part, latched, still)
         for row in changed[~closes].tolist():  # one after the other: their times may have other derivatives
-            middle, delay = self._delay(row, state, t, before, after, latched)
+            middle, delay = self._delay(row, state, (t, after), before, latched)
             part[row] = after[row]
             pushed = self._rate(t, q, u, part, latched, still)
             z[m:] += np.outer(rate - pushed, delay)[self._chosen]
@@ -532,22 +443,21 @@ class MotionDerivatives:
         memory = self.system.memory()
         for one in self.varied:
             one.system.restore(memory)
-        self._regime = acting > _NOTHING, now
+        self._regime = acting > NOTHING, now
         node = self._node(t, q, u, 0.0)
         z += (t - middle) * (node.matrix @ z + node.right)
         self._known = t, node
         self.state = MotionState(t, q, u, memory, node.of_q @ z + node.q, node.of_u @ z + node.u)
 
     def _delay(
-        self, row: int, state: MotionState, t: float, before: np.ndarray, after: np.ndarray, latched: np.ndarray
+        self, row: int, state: MotionState, end: tuple[float, np.ndarray], before: np.ndarray, latched: np.ndarray
     ) -> tuple[float, np.ndarray]:
-        """Time of a switch between a state and a time, s, and its derivatives (p,)."""
-        pace, delay = (after[row] - before[row]) / (t - state.t), np.zeros(len(self.varied))
-        for k, one in enumerate(self.varied):
-            there = self.system.retract(state.q, one.step * state.by_q[:, k])
-            value = self._switching(k + 1, state.t, there, state.u + one.step * state.by_u[:, k], latched)[row]
-            delay[k] = -(value - before[row]) / one.step / pace
-        return float(state.t - before[row] / pace), delay
+        """Time of a switch after a state, s, and its derivatives (p,); see `JointSwitches.delay`."""
+        varied = [
+            (self.system.retract(state.q, one.step * state.by_q[:, k]), state.u + one.step * state.by_u[:, k], one.step)
+            for k, one in enumerate(self.varied)
+        ]
+        return self._joints.delay(row, varied, (state.t, before), end, latched)
 
     # responses --------------------------------------------------------------------------------------------------------
 
@@ -563,9 +473,7 @@ class MotionDerivatives:
             observed = system.observe(state.t, q, u)
             return of(case, scene, system, SavedState(state.t, q, u, observed, 0.0, 0.0, 0.0, np.zeros((2, 0))))
 
-        for group, laws in zip(self._groups, self._laws, strict=True):
-            if group is not None:
-                group.laws[:] = laws
+        self._joints.release_all()
         own = value(self.case, self.scene, self.system, state.q, state.u)
         slopes = np.zeros(len(self.varied))
         for k, one in enumerate(self.varied):
@@ -625,24 +533,3 @@ def derivatives_of_motion(
 def _quality(basis: np.ndarray, chosen: np.ndarray) -> float:
     """Smallest singular value of the chosen rows of an orthonormal basis."""
     return float(np.linalg.svd(basis[chosen], compute_uv=False).min(initial=1.0))
-
-
-def _held_laws(laws: np.ndarray, pushes: np.ndarray, latched: np.ndarray) -> np.ndarray:
-    """Laws whose stops and latches push or not, (m, 3)."""
-    held, limits = laws.copy(), _limits(laws)
-    for side, stiffness, damping in ((0, STOP, STOP_DAMPER), (1, STOP, STOP_DAMPER), (2, LATCH, LATCH_DAMPER)):
-        on = pushes[:, side] & ((side < 2) | (latched > 0.0))
-        held[on, LOAD] -= laws[on, stiffness] * (limits[on, side] - laws[on, REST])
-        held[on, SPRING] += laws[on, stiffness]
-        held[on, DAMPER] += laws[on, damping]
-    held[:, [STOP, STOP_DAMPER, LATCH, LATCH_DAMPER]] = 0.0
-    return held
-
-
-def _limits(laws: np.ndarray) -> np.ndarray:
-    """Coordinates (m, 3) beyond which lower stop, upper stop and closed latch push."""
-    return np.column_stack([laws[:, [LOWER, UPPER]], laws[:, LATCH_AT] - laws[:, LATCH_SENSE] * laws[:, PLAY]])
-
-
-def _joint_forces(system: SegmentSystem) -> JointForceGroup | None:
-    return next((group for group in system.groups if isinstance(group, JointForceGroup)), None)

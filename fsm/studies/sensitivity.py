@@ -157,7 +157,7 @@ def sensitivity(
     left = [path for path in paths if path not in slopes]
     if left:
         warnings.append(f"differences of runs in place of exact derivatives{': ' + why if why else ''}")
-    found = _differences(problem, key, values, left, run, workers) if left else {}
+    found = _differences(problem, key, values, left, run, workers, why) if left else {}
     sigmas, correlation = _scatter(file_of_study, study, problem, nominal, paths)
     derivatives = tuple(
         Derivative(
@@ -239,9 +239,10 @@ def _of_motion(
 
 
 def _differences(
-    problem: Problem, key: str, values: Mapping[str, float], paths: Sequence[str], run: Run, workers: int | None
+    problem: Problem, key: str, values: Mapping[str, float], paths: Sequence[str], run: Run, workers: int | None,
+    why: str,
 ) -> dict[str, tuple[float, float]]:
-    """Slopes and their errors from runs with two steps to either side.
+    """Slopes and their errors from runs with two steps to either side; `why` there are no exact ones.
 
     Raises
     ------
@@ -254,7 +255,8 @@ def _differences(
     for number, other, error in run_all(problem, points, workers):
         if other is None:
             ((path, value),) = points[number].items()
-            raise FsmError(f"{path} = {value:.6g} {problem.units[path]}: {error}; this number has no difference of runs")
+            text = f"{path} = {value:.6g} {problem.units[path]}: {error}; this number has no difference of runs"
+            raise FsmError(f"{text}, and no exact derivative: {why}" if why else text)
         responses[number] = other.responses[key]
     found = {}
     for path, (far_less, less, more, far_more) in zip(paths, responses.reshape(-1, 4), strict=True):

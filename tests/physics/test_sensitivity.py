@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any, Literal
+
 import numpy as np
 import pytest
 
 from fsm.calibrate.parameters import value_at, with_values
 from fsm.calibrate.response import Response, force_response, peak_of, peak_response
+from fsm.calibrate.sensitivity import VariedParameter, vary_parameters
 from fsm.case.models.case import Case
 from fsm.errors import CaseError
 
@@ -18,6 +21,7 @@ STRIP = {
     "drive": [{"crease": 3, "speed": 2e-3, "travel": 0.04}],
     "solve": {"method": "static", "rtol": 1e-6},
 }
+FRICTION = {"law": "step", "mu_static": 0.3, "mu_dynamic": 0.2, "v_static": 1e-3, "v_dynamic": 1e-2}
 TRAVEL = np.linspace(0.0, 0.04, 81)
 PATHS = ["material.young", "crease.stiffness", "contact.stiffness", "strip.thickness", "strip.width", "strip.fold_angle"]
 
@@ -62,14 +66,24 @@ def test_curve_of_a_lattice(damping: float) -> None:
         np.testing.assert_allclose(found_there, wanted[late], atol=bound, err_msg=path)
 
 
-def test_adjoint_is_forward() -> None:
-    case, travel = squares(), np.linspace(1e-4, 1e-3, 4)
+def _central(*arguments: Any, central: bool) -> list[VariedParameter]:
+    return vary_parameters(*arguments, central=True)
+
+
+def test_adjoint_is_forward(monkeypatch: pytest.MonkeyPatch) -> None:
     paths = ["lattice.axial", "lattice.shear", "lattice.angle"]
-    forward, adjoint = (force_response(case, travel, paths, way).jacobian for way in ("forward", "adjoint"))
-    # 28 November 2026: forward differences are one-sided with d = 1e-6, those of the adjoint method are central
-    np.testing.assert_allclose(adjoint, forward, rtol=5e-6)
+
+    def both(travel: float) -> list[np.ndarray | None]:
+        ways: tuple[Literal["forward", "adjoint"], ...] = "forward", "adjoint"
+        return [force_response(squares(), np.array([travel]), paths, way).jacobian for way in ways]
+
+    np.testing.assert_allclose(*both(1e-3), rtol=1e-5)  # the accuracy of both
+    monkeypatch.setattr("fsm.calibrate.response.vary_parameters", _central)
+    monkeypatch.setattr("fsm.calibrate.sensitivity._MOST", 1)  # the same partial derivatives
+    for travel in (1e-4, 4e-4, 7e-4, 1e-3):
+        np.testing.assert_allclose(*both(travel), rtol=1e-9)
     with pytest.raises(CaseError, match="depend on the previous state"):
-        force_response(squares(damping=0.1), travel, paths, "adjoint")
+        force_response(squares(damping=0.1), np.array([1e-3]), paths, "adjoint")
 
 
 def test_gradient_of_the_peak_of_a_strip_with_contact() -> None:
@@ -82,6 +96,22 @@ def test_gradient_of_the_peak_of_a_strip_with_contact() -> None:
         wanted, _ = differences(strip(), TRAVEL, path, part)
         tolerance = 1e-5 if path != "contact.stiffness" else 1e-3
         assert slope * value_at(strip(), path) == pytest.approx(wanted, rel=tolerance), path
+
+
+def test_gradient_with_dampers_and_friction() -> None:
+    tables = {**STRIP, "friction": FRICTION, "material": {**STRIP["material"], "damping": 0.01}}  # type: ignore[dict-item]
+    tables["contact"] = {**STRIP["contact"], "stiffness": 1e10, "damping": 10.0}  # type: ignore[dict-item]
+    case = Case.model_validate({**tables, "solve": {"method": "static", "rtol": 1e-4}})  # all steps are those of the travels
+    peak = peak_response(case, TRAVEL, ["strip.fold_angle", "strip.thickness"])
+    assert peak.gradient is not None
+    for slope, path in zip(peak.gradient, ("strip.fold_angle", "strip.thickness"), strict=True):
+        wanted, _ = differences(case, TRAVEL, path, 1e-4)
+        assert slope * value_at(case, path) == pytest.approx(wanted, rel=1e-5), path
+
+
+def test_a_number_that_adds_dampers_is_refused() -> None:
+    with pytest.raises(CaseError, match=r"material.damping: is 0; a small change adds dampers"):
+        peak_response(strip(), TRAVEL[:5], ["material.damping"])
 
 
 def test_rates_are_carried_along() -> None:

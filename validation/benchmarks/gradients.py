@@ -12,21 +12,27 @@ import argparse
 import math
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import fsm
+from fsm.errors import FsmError
 from fsm.studies.problem import case_problem, evaluate, nominal_value
-from fsm.studies.sensitivity import response_named
+from fsm.studies.sensitivity import Derivative, response_named
 
 TEMPLATES = Path(fsm.__file__).parent / "cli" / "templates"
 TRIAL = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
 DRAWN = 0.1
 """Largest relative change of a number in a random case."""
-STEPS = 1e-3, 2e-3
-"""Relative steps of differences of runs."""
+LONGEST, SHORTER, LENGTHS = 0.03, 3.0, 8
+"""Longest relative step of differences of runs, ratio of successive steps, and number of steps."""
+NOISY, ROUND_OFF = 2, 1e-14
+"""Number of pairs of steps that show the noise of a response, and its least size relative to the response."""
+JUDGED, WANTED = 3e-6, 1e-5
+"""Largest relative uncertainty of a reference with which a derivative is judged, and the bound of its difference."""
 
 STRIP = [
     "strip.length", "strip.width", "strip.thickness", "strip.fold_angle", "strip.grading", "material.young",
@@ -51,15 +57,15 @@ WING = [
     "hinge.latch.at", "hinge.latch.play", "hinge.latch.stiffness", "hinge.latch.damping", "hinge.stop.upper",
 ]  # fmt: skip
 
-FINE = {"solve.rtol": 1e-9}
-"""Changes of runs for differences."""
+FINE = {"solve.rtol": 1e-10}
+"""Changes of motions for differences. Paths keep their tolerance: their equilibria are exact, and their steps the same."""
 
 Spec = tuple[Path, Mapping[str, Any], list[str], str]
 CASES: dict[str, Spec] = {
     "trial strip": (TRIAL, {"expect": None, "contact.damping": "10 N s/m", "contact.stiffness": 1e9}, STRIP, "peak_force"),
     "strip": (
         TEMPLATES / "strip.toml",
-        {"strip.segments_per_panel": 10},
+        {"strip.segments_per_panel": 10, "contact.stiffness": 8.34e10},
         [*STRIP, *(f"friction.{name}" for name in FRICTION)],
         "peak_force",
     ),
@@ -91,18 +97,79 @@ def cost(case: fsm.Case, of: str, paths: list[str], repeats: int) -> tuple[float
     return float(np.median(times[:, 0])), float(np.median(times[:, 1]))
 
 
-def differences(case: fsm.Case, of: str, paths: list[str]) -> dict[str, float]:
-    """Differences of runs less exact derivatives, relative to the response, for a relative change of each number."""
+@dataclass(frozen=True)
+class Reference:
+    """Slope from differences of whole runs, and its uncertainty (SI)."""
+
+    slope: float
+    uncertainty: float
+
+
+def reference(response: Callable[[float], float], size: float) -> Reference:
+    """Slope of a response at a change of 0 by central differences and Richardson's extrapolation (Ridders 1982).
+
+    The first step is `LONGEST` times `size`, and each is shorter than the one before by `SHORTER`. Each column of the table
+    removes one more power of the step squared. The result is the entry that differs least from its neighbours. Its
+    uncertainty is this difference and the effect of noise, which is what a parabola leaves of the response at the shortest
+    steps. A response that jumps between two steps has a large uncertainty there.
+    """
+    steps, own = LONGEST * size / SHORTER ** np.arange(LENGTHS), response(0.0)
+    ends = np.array([[_tried(response, sign * step) for sign in (1.0, -1.0)] for step in steps.tolist()])
+    even = ends.sum(axis=1) - 2.0 * own
+    left = np.abs(even[:-1] - SHORTER**2 * even[1:])[-NOISY:] / SHORTER**2
+    noise = max(float(np.nanmax(left)), ROUND_OFF * abs(own))
+    table, best = np.zeros((LENGTHS, LENGTHS)), Reference(math.nan, math.inf)
+    table[:, 0] = (ends[:, 0] - ends[:, 1]) / (2.0 * steps)
+    for row in range(1, LENGTHS):
+        for column in range(1, row + 1):
+            fine, coarse = table[row, column - 1], table[row - 1, column - 1]
+            table[row, column] = fine + (fine - coarse) / (SHORTER ** (2 * column) - 1.0)
+            uncertainty = max(abs(table[row, column] - other) for other in (fine, coarse)) + noise / (2.0 * steps[row])
+            if uncertainty < best.uncertainty:
+                best = Reference(float(table[row, column]), float(uncertainty))
+    return best
+
+
+def _tried(response: Callable[[float], float], by: float) -> float:
+    """Response at a change; NaN if the run fails, as with impossible values."""
+    try:
+        return response(by)
+    except FsmError:
+        return math.nan
+
+
+def compare(case: fsm.Case, of: str, paths: list[str]) -> list[tuple[Derivative, Reference]]:
+    """Derivatives of a case and their references."""
     found = case.sensitivity(of, paths)
     problem, _ = case_problem(case._tables, TRIAL, (), paths, (response_named(of),), "")
-    ratio, off = (STEPS[1] / STEPS[0]) ** 2, {}
-    for one in found.derivatives:
-        size, slopes = abs(one.value) or 1.0, []
-        for step in STEPS:
-            high, low = (evaluate(problem, {one.path: one.value + k * step * size}).responses[found.name] for k in (1, -1))
-            slopes.append((high - low) / (2.0 * step))
-        off[one.path] = ((ratio * slopes[0] - slopes[1]) / (ratio - 1.0) - one.slope * size) / found.value
-    return off
+
+    def response(path: str, value: float) -> float:
+        return evaluate(problem, {path: value}).responses[found.name]
+
+    return [
+        (one, reference(lambda by, one=one: response(one.path, one.value + by), abs(one.value) or 1.0))  # type: ignore[misc]
+        for one in found.derivatives
+    ]
+
+
+def rows_of(pairs: list[tuple[Derivative, Reference]], value: float) -> list[str]:
+    """One line for each number: gradient, reference, and relative uncertainty and difference of the two.
+
+    Numbers with an uncertainty above `JUDGED` are not judged; their difference is relative to the response, for a relative
+    change of the number.
+    """
+    lines = []
+    for one, known in pairs:
+        off, size = one.slope - known.slope, abs(known.slope)
+        unsure = known.uncertainty / size if size else math.inf
+        text = f"    {one.path:28} {one.slope:+.8e} {known.slope:+.8e} {unsure:8.1e} "
+        if unsure <= JUDGED:
+            text += f"{off / size:+9.1e}{'' if abs(off) <= WANTED * size else '  OFF'}"
+        else:
+            scale = (abs(one.value) or 1.0) / abs(value)
+            text += f"not judged; {off * scale:+.1e} of the response, uncertainty {known.uncertainty * scale:.1e}"
+        lines.append(text + ("" if one.exact else "  (differences)"))
+    return lines
 
 
 def main() -> None:
@@ -127,9 +194,8 @@ def main() -> None:
                   f"{whole / run:.2f} runs", *found.warnings, flush=True)
             if chosen.differences:
                 gravity = {} if "gravity" in case._tables else {"gravity": [0.0, 0.0, 0.0]}
-                off = differences(case.set(FINE | gravity), of, paths)
-                worst = sorted(off, key=lambda path: -abs(off[path]))[:4]
-                print("   ", ", ".join(f"{path} {off[path]:.1e}" for path in worst), flush=True)
+                fine = {} if of == "peak_force" else FINE
+                print(*rows_of(compare(case.set(fine | gravity), of, paths), found.value), sep="\n", flush=True)
 
 
 if __name__ == "__main__":
