@@ -276,8 +276,6 @@ class RecordedSolve:
             q = path.go(step.start, q, lambda t, steps: bar.step(t, steps))
             for saved in path.saved:
                 if saved.time > self.until:
-                    assert saved.memory is not None
-                    system.restore(saved.memory)
                     self._record(writer, saved)
             self.warnings += path.warnings
             u, result.counters, result.path = np.zeros(system.nu), counted(path.statistics), path.loads
@@ -418,9 +416,11 @@ class RecordedSolve:
         if any(motion.program.at(middle)[1] for motion in system.motions):
             return saved
         energy = replace(saved.observation.energy, kinetic=0.0)
-        return replace(saved, observation=replace(saved.observation, energy=energy))
+        return replace(saved, observed=replace(saved.observation, energy=energy))
 
     def _record(self, writer: Records, saved: SavedState) -> None:
+        if saved.memory is not None:
+            self.current.restore(saved.memory)
         saved = self._without_false_motion(saved)
         observed = saved.observation
         stored = observed.energy.potential
