@@ -36,6 +36,11 @@ SLIDE, POINT, FIRST_TURN, SECOND_TURN = 0, 9, 12, 15
 """Columns of `JointTree.axes`: axes of translation, point of the joint in the second body, axes of rotation. If the axes of
 translation turn with the second body, the last three numbers are the point of the joint in the first body, and `refer` sets
 that in the second."""
+RESOLVED = 1.5
+"""Largest turn of a free rotation in an explicit step, rad, also at a loose tolerance: a tolerance of the turn of a fast top
+is a poor bound of the error of its slow precession."""
+COUNTED = 1.8
+"""The same about an axis: steps with larger turns than 2 rad are repeated, because angles are counted from step to step."""
 _NO_INERTIA = 1e-14
 """Inertia of a coordinate that others leave, relative to its own, below which it counts as none."""
 
@@ -210,7 +215,14 @@ def _rates_of(tree: JointTree, i: int, poses: np.ndarray, rates: np.ndarray, v: 
         v[at + k] = _dot(times_vector(frame if link[INSIDE] == 1 else first, _three(axes, SLIDE + 3 * k)), left)
 
 
-@kernel
+@kernel(inline=True)
+def place_links(tree: JointTree, y: np.ndarray, v: np.ndarray, poses: np.ndarray, rates: np.ndarray) -> None:
+    """Write poses, rates, S, gamma and d of all links."""
+    for i in range(tree.links.shape[0]):
+        place_link(tree, i, y, v, poses, rates)
+
+
+@kernel(inline=True)
 def place_link(tree: JointTree, i: int, y: np.ndarray, v: np.ndarray, poses: np.ndarray, rates: np.ndarray) -> None:
     """Write pose, rates, S, gamma and d of a link; its first body is placed."""
     link, axes, child, rows, bias = tree.links[i], tree.axes[i], tree.links[i, CHILD], tree.rows[i], tree.bias[i]
@@ -275,6 +287,23 @@ def place_link(tree: JointTree, i: int, y: np.ndarray, v: np.ndarray, poses: np.
 
 
 @kernel
+def longest_step_of_turns(tree: JointTree, v: np.ndarray) -> float:
+    """Longest step (s) in which no joint turns by more than `RESOLVED`, or `COUNTED` about an axis, at the present rates;
+    infinite at rest.
+    """
+    most = 0.0
+    for i in range(tree.links.shape[0]):
+        first, turns = tree.links[i, FIRST_RATE] + tree.links[i, SLIDES], tree.links[i, TURNS]
+        if turns == 3:
+            omega = _three(v, first)
+            most = max(most, np.sqrt(_dot(omega, omega)) / RESOLVED)
+        else:
+            for k in range(turns):
+                most = max(most, abs(v[first + k]) / COUNTED)
+    return 1.0 / most if most > 0.0 else np.inf
+
+
+@kernel(inline=True)
 def coordinate_rates(tree: JointTree, y: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
     """Rates of the coordinates; that of a quaternion p is p (0, omega)/2, also if p has not the length 1."""
     for i in range(tree.links.shape[0]):
@@ -365,7 +394,7 @@ def _pass_on(inertia: np.ndarray, force: np.ndarray, apart: Vector, inertia_on: 
         inertia_on[5, 3 + j] += x * b - y * a
 
 
-@kernel
+@kernel(inline=True)
 def accelerate(tree: JointTree, poses: np.ndarray, masses: np.ndarray, forces: np.ndarray, out: np.ndarray) -> bool:
     """Write the accelerations (of all rates v) of the placed bodies; false if a coordinate has no inertia.
 

@@ -277,8 +277,6 @@ class RecordedSolve:
             q = path.go(step.start, q, lambda t, steps: bar.step(t, steps))
             for saved in path.saved:
                 if saved.time > self.until:
-                    assert saved.memory is not None
-                    system.restore(saved.memory)
                     self._record(writer, saved)
             self.warnings += path.warnings
             u, result.counters, result.path = np.zeros(system.nu), counted(path.statistics), path.loads
@@ -398,7 +396,7 @@ class RecordedSolve:
 
     def _save(self, writer: Records, saved: SavedState) -> None:
         """Write a record of the whole state, a sample of the probes, or both, as required at this time."""
-        rows = saved if np.ndim(saved.time) else as_rows(saved)
+        rows = saved if np.ndim(saved.time) else self._rows(saved)
         recorded = [k for k, at in enumerate(rows.time.tolist()) if due(self.records_due, at) or saved.final]
         if len(recorded) == len(rows.time):
             self._record_rows(writer, rows)
@@ -408,6 +406,12 @@ class RecordedSolve:
             if due(self.samples_due, at):
                 writer.sample(at, self.analysis.probes(q))
                 self.samples += 1
+
+    def _rows(self, saved: SavedState) -> SavedState:
+        """A state as several; the system gets its internal variables."""
+        if saved.memory is not None:
+            self.current.restore(saved.memory)
+        return as_rows(replace(saved, observed=saved.observation))
 
     def _negative_pivots(self, saved: SavedState, times: np.ndarray) -> Any:
         """Negative pivots of the stiffness at saved states, as counted by the solver, else by the analysis."""
@@ -426,7 +430,7 @@ class RecordedSolve:
         middles = (0.5 * (before[0] + saved.time)).tolist()
         moves = [any(motion.program.at(middle)[1] for motion in system.motions) for middle in middles]
         energy = replace(saved.observation.energy, kinetic=np.where(moves, saved.observation.energy.kinetic, 0.0))
-        return replace(saved, observation=replace(saved.observation, energy=energy))
+        return replace(saved, observed=replace(saved.observation, energy=energy))
 
     def _channel_values(self, saved: SavedState, times: np.ndarray) -> dict[str, Any]:
         """Values of all channels at saved states, by name."""
@@ -437,7 +441,7 @@ class RecordedSolve:
         return {info.name: [values[info.name] for values in found] for info in self.channels.infos}
 
     def _record(self, writer: Records, saved: SavedState) -> None:
-        self._record_rows(writer, as_rows(saved))
+        self._record_rows(writer, self._rows(saved))
 
     def _record_rows(self, writer: Records, saved: SavedState) -> None:
         """Record several states, see `OutputRequest.several`."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +13,11 @@ from scipy.integrate import solve_ivp
 
 import fsm
 from fsm.builders.scene import build_scene
+from fsm.case.derived.frame_bodies import matrix_quaternion
 from fsm.errors import CaseError
 from fsm.interactions.joint_tree import CHILD
 from fsm.model.compile.compile_case import compile_case
+from fsm.model.elements.joint_forces import JointForceGroup
 from fsm.model.plan.in_python import InPython
 from fsm.model.plan.joint_state import JointsAtStart
 from fsm.model.plan.motion_method import MotionMethod
@@ -150,6 +153,126 @@ def test_coordinates_of_joints_give_the_motion_of_projected_bodies(seed: int) ->
     assert np.all(system.tree.links[:, CHILD] >= 0)
     compiled, in_python = ends(case, 1e-11, 0.4)
     assert compiled == pytest.approx(in_python, abs=1e-8)
+
+
+def save_with_memory(
+    system: Any, saved: list[SavedState], memories: list[np.ndarray], latched: list[bool], state: SavedState
+) -> None:
+    """Keep a state, the memory of the system there, and whether the latch of the hinge is closed."""
+    saved.append(state)
+    if state.memory is not None:
+        system.restore(state.memory)
+    memories.append(system.memory())
+    laws = next(group for group in system.groups if isinstance(group, JointForceGroup))
+    latched.append(laws.latched("joint.hinge"))
+
+
+def test_states_that_a_kernel_passes_are_those_at_which_it_ends() -> None:
+    """Many saved states of one call of a kernel, and one call for each: same states, energies, and memory of a latch."""
+    latch = {"at": 0.5, "stiffness": 4e3, "damping": 4.0}
+    case = panel(spring={"stiffness": 12.0}, damper={"coefficient": 0.6}, latch=latch)
+    found = []
+    for batched in (True, False):
+        _, system = compile_case(fsm.load(case).model)
+        if not batched:
+            system.memory_in_place = lambda: None
+        saved, latched, memories = list[SavedState](), list[bool](), list[np.ndarray]()
+        statistics, balance = simulate(
+            system, Settings("explicit", 1e-6, 1.0), np.linspace(0.0, 1.0, 41).tolist(),
+            partial(save_with_memory, system, saved, memories, latched),
+        )  # fmt: skip
+        assert [state.memory is None for state in saved] == [True] + [not batched] * 40
+        numbers = [[s.time, *s.q, *s.u, s.dissipated, s.work] for s in saved]
+        energies = [[s.observation.energy.stored, s.observation.energy.kinetic, s.error] for s in saved]
+        points = [point.time for point in statistics.points]
+        found.append((numbers, energies, points, latched, memories, system.memory(), balance.worst))
+    many, single = found
+    assert np.array(many[0]) == pytest.approx(np.array(single[0]), rel=1e-15, abs=1e-15)  # quaternions are normalised again
+    assert np.array(many[1]) == pytest.approx(np.array(single[1]), abs=1e-12)
+    assert (many[2], many[6]) == (single[2], single[6])
+    assert many[3] == single[3]
+    assert many[3].count(True) not in (0, 41)
+    np.testing.assert_array_equal(many[4], single[4])
+    np.testing.assert_array_equal(many[5], single[5])
+
+
+# loose tolerances -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_loose_tolerance_resolves_a_fast_top(seed: int) -> None:
+    """Random symmetric tops, by Euler's equations: the tolerance of their fast turn also bounds their slow precession."""
+    random = np.random.default_rng(seed)
+    mass, arm, spin = random.uniform(1.0, 20.0), random.uniform(0.2, 1.0), random.uniform(60.0, 300.0)
+    across = mass * arm**2 * random.uniform(0.01, 0.3)
+    about = across * random.uniform(0.3, 1.9)
+    tilt, end = random.uniform(0.3, 1.5), 1.0
+    moments = np.array([across + mass * arm**2, across + mass * arm**2, about])
+    turn = np.array([math.cos(0.5 * tilt), math.sin(0.5 * tilt), 0.0, 0.0])
+    centre = arm * np.array([0.0, -math.sin(tilt), math.cos(tilt)])
+    case = {
+        "units": "SI", "gravity": [0.0, 0.0, -_G], "solve": {"end_time": end, "method": "explicit"},
+        "scene": {
+            "bodies": [{
+                "name": "top", "mass": mass, "inertia": [across, across, about], "position": centre.tolist(),
+                "orientation": turn.tolist(), "angular_velocity": [0.0, 0.0, spin],
+            }],
+            "joints": [{"name": "foot", "kind": "spherical", "first": "ground", "second": "top", "at": [0, 0, 0]}],
+        },
+    }  # fmt: skip
+
+    def rate(t: float, y: np.ndarray) -> np.ndarray:
+        (w, v), omega = (y[0], y[1:4]), y[4:]
+        up = np.array([2 * (v[0] * v[2] - w * v[1]), 2 * (v[1] * v[2] + w * v[0]), 1 - 2 * (v[0] ** 2 + v[1] ** 2)])
+        moment = np.cross([0.0, 0.0, arm], -_G * mass * up)
+        turned = 0.5 * np.array([-v @ omega, *(w * omega + np.cross(v, omega))])
+        return np.concatenate([turned, (moment - np.cross(omega, moments * omega)) / moments])
+
+    w, *v = solve_ivp(rate, (0.0, end), [*turn, 0.0, 0.0, spin], "DOP853", rtol=1e-11, atol=1e-12).y[:4, -1]
+    exact = arm * np.array([2 * (v[0] * v[2] + w * v[1]), 2 * (v[1] * v[2] - w * v[0]), 1 - 2 * (v[0] ** 2 + v[1] ** 2)])
+    assert np.linalg.norm(exact - centre) > 0.1 * arm
+    assert np.abs(at_end(case, 1e-2, end)[:3] - exact).max() < 5e-4 * arm
+    assert np.abs(at_end(case, 1e-9, end)[:3] - exact).max() < 1e-6 * arm
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_loose_tolerance_resolves_a_fast_gyroscope(seed: int) -> None:
+    """A rotor on a hinge in a frame on a universal joint, of random sizes; the reference has a tight tolerance."""
+    random = np.random.default_rng(seed)
+    spin, across, about = random.uniform(100.0, 300.0), *random.uniform(5e-3, 2e-2, 2)
+    axis = random.normal(size=3)
+    axis /= np.linalg.norm(axis)
+    offset = (0.1 * axis).tolist()
+    shaft = {"name": "shaft", "kind": "revolute", "first": "frame", "second": "rotor", "at": offset, "axis": axis.tolist()}
+    other = np.cross(axis, random.normal(size=3))
+    normal = other / np.linalg.norm(other)
+    turn = matrix_quaternion(np.column_stack([np.cross(normal, axis), normal, axis]))
+    case = {
+        "units": "SI", "gravity": [0.0, 0.0, -_G], "solve": {"end_time": 1.0, "method": "explicit"},
+        "scene": {
+            "bodies": [
+                {"name": "frame", "mass": 0.5, "inertia": [4e-3, 4e-3, 4e-3], "position": [0.0, 0.0, 0.0]},
+                {"name": "rotor", "mass": 2.0, "inertia": [across, across, about], "position": offset,
+                 "orientation": list(turn), "angular_velocity": [0.0, 0.0, spin]},
+            ],
+            "joints": [
+                {"name": "gimbal", "kind": "universal", "first": "ground", "second": "frame", "at": [0, 0, 0],
+                 "axis": normal.tolist(), "second_axis": np.cross(normal, axis).tolist()},
+                shaft,
+            ],
+        },
+    }  # fmt: skip
+    loose, exact = (at_end(case, rtol, 0.5)[7:10] for rtol in (1e-2, 1e-10))
+    assert np.linalg.norm(exact - offset) > 5e-3
+    assert loose == pytest.approx(exact, abs=1e-4 * 0.1)
+
+
+def at_end(case: dict[str, Any], rtol: float, end: float) -> np.ndarray:
+    """Configuration at the end of explicit steps."""
+    _, system = compile_case(fsm.load(case).model)
+    saved: list[SavedState] = []
+    simulate(system, Settings("explicit", rtol, end), [end], saved.append)
+    return saved[-1].q
 
 
 # choice -----------------------------------------------------------------------------------------------------------------

@@ -15,7 +15,8 @@ from fsm.interactions.joint_tree import (
     TURNS,
     accelerate,
     coordinate_rates,
-    place_link,
+    longest_step_of_turns,
+    place_links,
     refer,
     spread,
     with_unit_turns,
@@ -54,8 +55,7 @@ def minimal_rates(
     """See `fsm.solve.stepping.model`."""
     table, tree = model.table, tree_of(model.table)
     poses, rates = floats_2d(table, at.POSES), floats_2d(table, at.RATES)
-    for i in range(tree.links.shape[0]):
-        place_link(tree, i, y, v, poses, rates)
+    place_links(tree, y, v, poses, rates)
     sum_forces(model, t, 0.0)
     good = accelerate(tree, poses, floats_2d(table, at.INERTIA), floats_2d(table, at.FORCE), of_v)
     coordinate_rates(tree, y, v, of_y)
@@ -66,19 +66,18 @@ def minimal_rates(
 
 
 @kernel
-def from_minimal(model: Segments, y: np.ndarray, v: np.ndarray, q: np.ndarray, u: np.ndarray) -> bool:
+def from_minimal(model: Segments, y: np.ndarray, v: np.ndarray, q: np.ndarray, u: np.ndarray) -> float:
     """See `fsm.solve.stepping.model`."""
     table, tree, free = model.table, tree_of(model.table), integers_1d(model.table, at.FREE)
     poses, rates = floats_2d(table, at.POSES), floats_2d(table, at.RATES)
     with_unit_turns(tree, y)
-    for i in range(tree.links.shape[0]):
-        place_link(tree, i, y, v, poses, rates)
+    place_links(tree, y, v, poses, rates)
     for i in range(free.shape[0]):
         for k in range(7):
             q[7 * i + k] = poses[free[i], k]
         for k in range(6):
             u[6 * i + k] = rates[free[i], k]
-    return True
+    return longest_step_of_turns(tree, v)
 
 
 @kernel

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -349,6 +350,12 @@ class SegmentSystem(SegmentForces):
     def element_memory(self) -> np.ndarray:
         """See `System`."""
         return np.concatenate([np.zeros(0), *(group.memory() for group in self._sliding)])
+
+    def memory_in_place(self) -> Sequence[np.ndarray] | None:
+        """See `System`: memory of elements, if there are no contacts."""
+        if self.contacts or type(self).memory is not SegmentSystem.memory:
+            return None
+        return [group.memory_of for group in self._sliding]
 
     def restore(self, memory: np.ndarray) -> None:
         """See `System`."""

@@ -8,6 +8,7 @@ velocity u holds velocities in inertial axes and angular rates in body axes. Inc
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -202,6 +203,10 @@ class System(Protocol):
         `element_memory` is accepted too; the memory of contacts is then empty.
         """
         return
+
+    def memory_in_place(self) -> Sequence[np.ndarray] | None:
+        """Arrays that make up `memory` in order, which kernels change in place; None if there is other memory."""
+        return None
 
     def counters(self) -> np.ndarray:
         """Counters for the summary, (n,); empty for most systems."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -23,18 +24,19 @@ from fsm.text.shown_units import travel_text
 class SavedState(ShortRepr):
     """Saved state: time (s), q, u, observation, and numbers of the energy balance (J).
 
+    `observation` is computed at the first use if `observed` is a function.
     `before` is the state at the start of a quasi-static step; rates are differences from it. In dynamics `before` is None.
     `program_time` is the time of loads and drives if it differs from `time`, as on a path by arc length. `at_rest`: all
     velocities are zero, also those of drives. `negative_pivots` is the number of negative pivots of the stiffness, if the
     solver has counted them. `final`: the solve ends at this state, before the requested end. `memory`: internal variables of
-    a state that is recorded after the solve. Numbers and arrays of several states have a first axis, see
-    `OutputRequest.several`.
+    a state that the solver has passed already; the system has later ones, so the receiver restores them. Numbers and arrays
+    of several states have a first axis, see `OutputRequest.several`.
     """
 
     time: float
     q: np.ndarray
     u: np.ndarray
-    observation: Observation
+    observed: Observation | Callable[[], Observation]
     dissipated: float
     work: float
     error: float
@@ -46,10 +48,24 @@ class SavedState(ShortRepr):
     final: bool = False
     memory: np.ndarray | None = None
 
+    @cached_property
+    def observation(self) -> Observation:
+        """Observation of the state."""
+        return self.observed if isinstance(self.observed, Observation) else self.observed()
+
     @property
     def acting(self) -> float:
         """Time at which loads and drives are evaluated, s."""
         return self.time if self.program_time is None else self.program_time
+
+
+def observed_at(system: System, t: float, q: np.ndarray, u: np.ndarray, memory: np.ndarray) -> Observation:
+    """Observation of an earlier state with its internal variables; the system keeps its present ones."""
+    present = system.memory()
+    system.restore(memory)
+    observed = system.observe(t, q, u)
+    system.restore(present)
+    return observed
 
 
 class CurvePoint(NamedTuple):

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fsm.kernels.addresses import floats_1d
 from fsm.kernels.jit import kernel, shared
 from fsm.kernels.pointers import borrowed
 from fsm.kernels.pose_rates import increments_of_rates, pose_rates, with_unit_quaternions
@@ -35,6 +36,7 @@ from fsm.solve.stepping.generalized_alpha import (
 )
 from fsm.solve.stepping.march import end_step
 from fsm.solve.stepping.model import (
+    DRIVES,
     accept,
     consistent,
     energies,
@@ -61,6 +63,10 @@ COORDINATES, SPEEDS = 11, 12
 _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 5.0
 """Factor on a step size, and bounds of its change."""
 _ORDER = 8.0
+_OF_ERROR, _OF_LAST = 0.7 / _ORDER, 0.4 / _ORDER
+"""Powers of the error of a step and of the last one in the size of the next step (Gustafsson 1991)."""
+_LEAST_ERROR = 1e-4
+"""Least error of the last step that counts."""
 _SMALLEST = 16.0 * float(np.finfo(float).eps)
 """Smallest step relative to the present time."""
 
@@ -141,7 +147,11 @@ def take_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: f
     first, second = motion.at_q[: y.shape[0]], motion.at_u[: v.shape[0]]
     copy_into(y, first)
     copy_into(v, second)
-    if not _stage(model, motion, rules, np.nextafter(t, math.inf), first, second, 0):
+    counts[FORCES] += 1
+    if not _stage(
+        model, np.nextafter(t, math.inf), first, second, motion.of_q[0], motion.of_u[0], motion.of_energy[0], motion.pairs,
+        motion.drives, counts[SPEEDS] > 0, rules.weights[0] != 0.0, False,
+    ):  # fmt: skip
         return UNABLE if unable(model) else NO_SOLUTION
     if counts[STARTED] == 0:
         if counts[SPEEDS] == 0:
@@ -160,12 +170,12 @@ def take_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: f
             return UNABLE if unable(model) else NO_SOLUTION
         y, v = _state(motion)
         y, v = _sum(y, motion.of_q, rules.weights, h), _sum(v, motion.of_u, rules.weights, h)
-        q, u = y, v
+        q, u, turns = y, v, math.inf
         error, part = _error(model, motion, rules, y, h), 1.0
         if error < math.inf:
             if counts[SPEEDS] > 0:
                 q, u = motion.q.copy(), motion.u.copy()
-                from_minimal(model, y, v, q, u)
+                turns = from_minimal(model, y, v, q, u)
             else:
                 with_unit_quaternions(q, u.shape[0])
                 if error <= 1.0 and not _accelerate(model, np.nextafter(end, -math.inf), q, u, motion.rate, False):
@@ -186,13 +196,25 @@ def take_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: f
         copy_into(v, motion.v[: counts[SPEEDS]])
     copy_into(q, motion.q)
     copy_into(u, motion.u)
-    factor = min(_GROW if grow else 1.0, _SAFETY * max(error, 1e-12) ** (-1.0 / _ORDER))
-    # a step that is shortened to end at a given time does not reduce the size of later steps
-    sizes[STEP_SIZE] = max(h * factor, sizes[STEP_SIZE] if grow and h < sizes[STEP_SIZE] else 0.0)
-    sizes[TIME], sizes[LAST_ERROR] = end, error
+    sizes[STEP_SIZE], sizes[TIME] = _following(sizes, h, error, grow), end
     counts[STEPS] += 1
-    sizes[LONGEST] = accept(model, end, motion.q, motion.u)
+    sizes[LONGEST] = min(accept(model, end, motion.q, motion.u), turns)
     return STEPPED
+
+
+@kernel
+def _following(sizes: np.ndarray, h: float, error: float, grow: bool) -> float:
+    """Size of the step after one of size h, which may `grow` unless the step was repeated.
+
+    A step that is shortened to end at a given time neither reduces the size of later steps nor counts as the last one.
+    """
+    if grow and h < sizes[STEP_SIZE]:
+        return max(h * min(_GROW, _SAFETY * max(error, 1e-12) ** (-1.0 / _ORDER)), sizes[STEP_SIZE])
+    factor = _SAFETY * max(error, 1e-12) ** -_OF_ERROR
+    if sizes[LAST_ERROR] > 0.0:
+        factor *= sizes[LAST_ERROR] ** _OF_LAST
+    sizes[LAST_ERROR] = max(error, _LEAST_ERROR)
+    return h * min(factor, _GROW if grow else 1.0)
 
 
 @shared
@@ -252,28 +274,23 @@ def _accelerate(model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.nda
 
 @shared
 def _stage(
-    model: Any, motion: ExplicitMotion, rules: ExplicitRules, t: float, q: np.ndarray, u: np.ndarray, number: int
-) -> bool:
-    """Write the rates of a stage; q and u are projected, but quaternions keep their lengths in their rates.
-
-    q and u are minimal coordinates and their rates, if there are any.
+    model: Any, t: float, q: np.ndarray, u: np.ndarray, of_q: np.ndarray, of_u: np.ndarray, of_energy: np.ndarray,
+    pairs: np.ndarray, drives: np.ndarray, minimal: bool, counts: bool, inside: bool,
+) -> bool:  # fmt: skip
+    """Write the rates of a stage, and its powers if it `counts`; q and u are projected, but quaternions keep their lengths
+    in their rates. `minimal`: q and u are minimal coordinates and their rates. Other arguments are rows of `ExplicitMotion`.
     """
-    if motion.counts[SPEEDS] > 0:
-        of_q, of_u = motion.of_q[number], motion.of_u[number]
-        counts = rules.weights[number] != 0.0
-        good, put_in, lost = minimal_rates(model, t, q, u, of_q, of_u, motion.pairs, motion.drives, counts)
-        motion.of_energy[number, 0], motion.of_energy[number, 1] = put_in, lost
-        motion.counts[FORCES] += 1
+    if minimal:
+        good, of_energy[0], of_energy[1] = minimal_rates(model, t, q, u, of_q, of_u, pairs, drives, counts)
         return good
     raw = q.copy()
     with_unit_quaternions(q, u.shape[0])
-    motion.of_u[number, :] = 0.0
-    if not _accelerate(model, t, q, u, motion.of_u[number], number > 0):
+    of_u[:] = 0.0
+    if not _accelerate(model, t, q, u, of_u, inside):
         return False
-    copy_into(pose_rates(raw, u), motion.of_q[number])
-    if rules.weights[number] != 0.0:
-        motion.of_energy[number, 0], motion.of_energy[number, 1] = powers(model, t, q, u, motion.pairs, motion.drives)
-    motion.counts[FORCES] += 1
+    copy_into(pose_rates(raw, u), of_q)
+    if counts:
+        of_energy[0], of_energy[1] = powers(model, t, q, u, pairs, drives)
     return True
 
 
@@ -282,11 +299,15 @@ def _stages(model: Any, motion: ExplicitMotion, rules: ExplicitRules, t: float, 
     """Write the rates of all stages after the first one, which are inside the step: forces jump at breaks."""
     first, last = np.nextafter(t, math.inf), np.nextafter(end, -math.inf)
     y, v = _state(motion)
-    q, u = motion.at_q[: y.shape[0]], motion.at_u[: v.shape[0]]
+    q, u, minimal = motion.at_q[: y.shape[0]], motion.at_u[: v.shape[0]], motion.counts[SPEEDS] > 0
     for i in range(1, rules.nodes.shape[0]):
         _add(y, motion.of_q, rules.stages[i], i, h, q)
         _add(v, motion.of_u, rules.stages[i], i, h, u)
-        if not _stage(model, motion, rules, min(max(t + rules.nodes[i] * h, first), last), q, u, i):
+        motion.counts[FORCES] += 1
+        if not _stage(
+            model, min(max(t + rules.nodes[i] * h, first), last), q, u, motion.of_q[i], motion.of_u[i], motion.of_energy[i],
+            motion.pairs, motion.drives, minimal, rules.weights[i] != 0.0, True,
+        ):  # fmt: skip
             return False
     return True
 
@@ -377,12 +398,66 @@ def march_explicit(
     return _end(model, motion, STEPPED)
 
 
+class Through(NamedTuple):
+    """Times through which a march goes, and its states there.
+
+    Attributes
+    ----------
+    times : (s,) array, s
+    states : (n, k) array, n <= s
+        Rows of the first n times: first numbers of the record of the last step, balance, q, u, internal variables.
+    passed : (1,) int array
+        Number of states that are written.
+    memory : table of `fsm.kernels.addresses`
+        Arrays of the internal variables.
+    """
+
+    times: np.ndarray
+    states: np.ndarray
+    passed: np.ndarray
+    memory: np.ndarray
+
+
 @kernel
-def march_explicit_arrays(
-    model: Any, motion: ExplicitMotion, rules: ExplicitRules, balance: np.ndarray, until: float, most: int,
+def _keep_state(
+    motion: ExplicitMotion, balance: np.ndarray, record: np.ndarray, memory: np.ndarray, row: np.ndarray
+) -> None:
+    """Write a state of `Through`."""
+    at = DRIVES
+    copy_into(record[:at], row[:at])
+    for part in (balance, motion.q, motion.u):
+        copy_into(part, row[at : at + part.shape[0]])
+        at += part.shape[0]
+    for i in range(memory.shape[0]):
+        part = floats_1d(memory, i)
+        copy_into(part, row[at : at + part.shape[0]])
+        at += part.shape[0]
+
+
+@shared
+def _march_through(
+    model: Any, motion: ExplicitMotion, rules: ExplicitRules, balance: np.ndarray, through: Through, most: int,
     records: np.ndarray,
 ) -> int:  # fmt: skip
-    """Compiled `march_explicit` for an `ArrayModel`."""
-    return march_explicit(
-        borrowed(model), borrowed(motion), borrowed(rules), borrowed(balance), until, most, borrowed(records)
+    """Take at most `most` steps through given times, as `march_explicit`, and write the states there."""
+    begun = motion.counts[STEPS]
+    for number in range(through.times.shape[0]):
+        t, left = through.times[number], most - (motion.counts[STEPS] - begun)
+        outcome = march_explicit(model, motion, rules, balance, t, left, records)
+        if outcome != STEPPED or motion.sizes[TIME] < t:
+            return outcome
+        if number < through.states.shape[0]:
+            _keep_state(motion, balance, records[0], through.memory, through.states[number])
+            through.passed[0] = number + 1
+    return STEPPED
+
+
+@kernel
+def march_explicit_arrays(
+    model: Any, motion: ExplicitMotion, rules: ExplicitRules, balance: np.ndarray, through: Through, most: int,
+    records: np.ndarray,
+) -> int:  # fmt: skip
+    """Compiled march of an `ArrayModel` through given times."""
+    return _march_through(
+        borrowed(model), borrowed(motion), borrowed(rules), borrowed(balance), borrowed(through), most, borrowed(records)
     )

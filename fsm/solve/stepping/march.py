@@ -20,9 +20,11 @@ from fsm.solve.stepping.vectors import copy_into
     START, DISSIPATED, WORK, ERROR, WORST, GAINED, TURNOVER, KINETIC_WORST, ROUND_OFF, POWER, SHORTEST, ALLOWED, LOSSES,
     DRIVEN,
 ) = range(14)  # fmt: skip
+BALANCE = DRIVEN + 1
 """Indices of the array `balance` of `march`. START to ROUND_OFF are the fields of `EnergyBalance` (J). POWER is the
 input power at the end of the last step (W), SHORTEST the shortest step (s). ALLOWED is the largest error relative to
-the turnover. LOSSES is 1 if losses are checked too. DRIVEN is the kinetic energy of driven bodies (J)."""
+the turnover. LOSSES is 1 if losses are checked too. DRIVEN is the kinetic energy of driven bodies (J).
+BALANCE is the length of the array."""
 
 
 @shared

@@ -6,6 +6,7 @@ In Python these functions call the methods of the model. A kernel calls the kern
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -233,9 +234,11 @@ def minimal_rates(
     return good, put_in, lost
 
 
-def from_minimal(model: Any, y: np.ndarray, v: np.ndarray, q: np.ndarray, u: np.ndarray) -> bool:
-    """Write the state of minimal coordinates to q and u; quaternions of y are normalised."""
-    return bool(model.from_minimal(y, v, q, u))
+def from_minimal(model: Any, y: np.ndarray, v: np.ndarray, q: np.ndarray, u: np.ndarray) -> float:
+    """Write the state of minimal coordinates to q and u; quaternions of y are normalised. Returns the longest step from
+    there that resolves the turns, s.
+    """
+    return float(model.from_minimal(y, v, q, u))
 
 
 def from_minimal_changes(
@@ -289,9 +292,9 @@ def never_minimal_rates(
 
 
 @kernel
-def never_from_minimal(model: Any, y: np.ndarray, v: np.ndarray, q: np.ndarray, u: np.ndarray) -> bool:
+def never_from_minimal(model: Any, y: np.ndarray, v: np.ndarray, q: np.ndarray, u: np.ndarray) -> float:
     """`from_minimal` of models without minimal coordinates."""
-    return False
+    return math.inf
 
 
 @kernel

@@ -3,13 +3,45 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
+from fsm.kernels.addresses import ROW, address_table
+from fsm.kernels.pointers import enter
+from fsm.solve.interface.records import Observation
 from fsm.solve.interface.system import System
-from fsm.solve.stepping.explicit import ExplicitMotion, ExplicitRules, march_explicit, march_explicit_arrays, take_step
+from fsm.solve.stepping.explicit import (
+    ExplicitMotion,
+    ExplicitRules,
+    Through,
+    march_explicit,
+    march_explicit_arrays,
+    take_step,
+)
 from fsm.solve.stepping.generalized_alpha import LONGEST, MAX_STEP, STARTED, STEP_SIZE
+from fsm.solve.stepping.march import BALANCE
+from fsm.solve.stepping.model import CREASES, DRIVES, PANELS
 from fsm.solve.time.array_steps import StepMethod
+
+_MOST_NUMBERS = 500_000
+"""Largest number of values of all states that a kernel keeps at a time."""
+_NO_STATES, _NO_MEMORY = np.zeros((0, 0)), np.zeros((0, ROW), dtype=np.int64)
+
+
+class PassedState(NamedTuple):
+    """State through which a march went: time (s), elastic energies of panels and creases (J), numbers of
+    `fsm.solve.stepping.march`, q, u, and internal variables of the system.
+    """
+
+    time: float
+    panels: float
+    creases: float
+    balance: np.ndarray
+    q: np.ndarray
+    u: np.ndarray
+    memory: np.ndarray
 
 
 class Explicit(StepMethod):
@@ -23,21 +55,24 @@ class Explicit(StepMethod):
         Bound of the local error of a step, root mean square over all components, relative to the system's scales; of
         velocities relative to scales and size.
     max_step : s
+    observed : Observation of any state, for the numbers of drives and contact pairs; computed if absent
     """
 
     one_step, in_python = staticmethod(take_step), staticmethod(march_explicit)
     in_kernel = staticmethod(march_explicit_arrays)
     following = STEP_SIZE
+    _through: Through | None = None
     kept = "rate", "sizes", "counts"
 
     def __init__(
-        self, system: System, t: float, q: np.ndarray, u: np.ndarray, rtol: float, max_step: float = math.inf
-    ) -> None:
+        self, system: System, t: float, q: np.ndarray, u: np.ndarray, rtol: float, max_step: float = math.inf,
+        observed: Observation | None = None,
+    ) -> None:  # fmt: skip
         from scipy.integrate import DOP853
 
         sizes, counts, still = np.zeros(11), np.zeros(13, dtype=np.int64), np.zeros(len(u))
         sizes[MAX_STEP], sizes[LONGEST] = max_step, math.inf
-        observed, stages = system.observe(t, q, u), len(DOP853.B)
+        observed, stages = observed or system.observe(t, q, u), len(DOP853.B)
         q, u = np.array(q, dtype=float), np.array(u, dtype=float)
         of_q, of_u = np.zeros((stages, len(q))), np.zeros((stages, len(u)))
         y, at_q = np.zeros((2, len(q)))
@@ -56,6 +91,43 @@ class Explicit(StepMethod):
             rtol, nodes, weights, table, fifth, third, rtol * scales.increment, scales.velocity, scales.increment,
             np.array(sorted(system.break_times()), dtype=float),
         )  # fmt: skip
+
+    def march_through(self, balance: np.ndarray, times: np.ndarray, most: int, memory: Sequence[np.ndarray]) -> None:
+        """Take at most `most` steps through given times in one kernel, and keep the states there; see `passed`.
+
+        `memory` contains the arrays of the system's internal variables.
+        """
+        size = DRIVES + len(balance) + len(self.q) + len(self.u) + sum(len(part) for part in memory)
+        count = min(len(times), max(1, _MOST_NUMBERS // size))
+        self._through = Through(
+            times[:count], np.empty((count, size)), np.zeros(1, dtype=np.int64), address_table(memory)
+        )
+        self.march(balance, math.nan, most)
+
+    def passed(self) -> list[PassedState]:
+        """States that the last call of `march_through` has kept."""
+        if self._through is None:
+            return []
+        through, self._through = self._through, None
+        q = DRIVES + BALANCE
+        u = q + len(self.q)
+        end = u + len(self.u)
+        rows = through.states[: through.passed[0]]
+        return [
+            PassedState(t, *row[[PANELS, CREASES]].tolist(), row[DRIVES:q], row[q:u], row[u:end], row[end:])
+            for t, row in zip(through.times.tolist(), rows, strict=False)
+        ]
+
+    def _march(self, balance: np.ndarray, until: float, most: int, records: np.ndarray) -> int:
+        assert self._arrays is not None
+        through = self._through or Through(np.array([until]), _NO_STATES, np.zeros(1, dtype=np.int64), _NO_MEMORY)
+        arguments = self._arrays, self.motion, self.rules, balance, through, int(most), records
+        outcome: int = enter(self._arrays.calls.force, self.in_kernel, *arguments)
+        return outcome
+
+    def _end(self, until: float) -> float:
+        """See `StepMethod`."""
+        return until if self._through is None else float(self._through.times[int(self._through.passed[0])])
 
     @property
     def _pace(self) -> np.ndarray:

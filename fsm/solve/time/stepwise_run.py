@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from functools import partial
 from itertools import repeat
 
 import numpy as np
 
 from fsm.solve.interface.records import DriveState, Energy
-from fsm.solve.outcome.run_io import CurvePoint, SavedState
+from fsm.solve.outcome.run_io import CurvePoint, SavedState, observed_at
 from fsm.solve.outcome.status import StepFailed
-from fsm.solve.stepping.march import POWER, SHORTEST
+from fsm.solve.stepping.march import DISSIPATED, ERROR, POWER, SHORTEST, WORK
 from fsm.solve.stepping.model import CREASES, DRIVES, KINETIC, PANELS, STEADY, TIME, TURNOVER
 from fsm.solve.time.array_steps import COUNTED, StepMethod
 from fsm.solve.time.event_steps import Events
@@ -105,27 +106,52 @@ class StepwiseRun(Run):
         most = max(1, min(self.renewed + self.every, settings.max_steps) - solver.steps)
         drives, pairs = len(self.last.drive.travel), len(self.last.pairs.force)
         solver.recorded, every = DRIVES + 2 * drives + pairs, drives + pairs > 0
+        memory = self.system.memory_in_place() if solver.marches and not every else None
         try:
             until = self.pending[0] if self.pending else settings.end_time
-            if events is None:
+            if events is None and memory is not None and isinstance(solver, Explicit):
+                solver.march_through(balance, np.array(self.pending or [until]), most, memory)
+            elif events is None:
                 records = solver.march(balance, until, most, every)
             else:
                 balance, records = events.march(solver, balance, until, every)
         except StepFailed as error:
+            self._save_passed(solver)
             self._count(solver)
             self._fail(error.outcome, error.reason)
+        self._save_passed(solver)
         if every:
             self._look_at(records, drives, pairs)
         energy_balance.set_numbers(balance[:POWER])
         energy_balance.pair_energy = energy_balance.pair_energy + solver.pair_energy
         statistics.smallest_step = float(balance[SHORTEST])
         self._count(solver)
+        if self.saved == solver.t and not every:
+            return
         self.last = observed = solver.observe()
-        if not every:
+        if not every and solver.t > self.statistics.points[-1].time:
             self._look(solver.t, solver.q, solver.u, observed)
         if self.pending and self.pending[0] <= solver.t:
             self.pending.pop(0)
             self._save(solver.t, solver.q, solver.u, observed, energy_balance)
+
+    def _save_passed(self, solver: StepMethod) -> None:
+        """Save the states that a kernel has passed; the receiver may set the memory of the system to that of each."""
+        passed = solver.passed() if isinstance(solver, Explicit) else []
+        if not passed:
+            return
+        system, points, pairs = self.system, self.statistics.points, self.energy_balance.pair_energy
+        latest, first, path = system.memory(), self.last, points[-1].path if points else 0
+        del self.pending[: len(passed)]
+        for state in passed:
+            points.append(CurvePoint(first.drive, first.pairs.force, state.time, path, state.panels, state.creases))
+            lost, work, error = state.balance[[DISSIPATED, WORK, ERROR]].tolist()
+            observed = partial(observed_at, system, state.time, state.q, state.u, state.memory)
+            self.request.on_save(
+                SavedState(state.time, state.q, state.u, observed, lost, work, error, pairs, memory=state.memory)
+            )
+        self.saved = passed[-1].time
+        system.restore(latest)
 
     def _look_at(self, records: np.ndarray, drives: int, pairs: int) -> None:
         """Add the points of the curve at the ends of recorded steps."""
@@ -164,7 +190,7 @@ class StepwiseRun(Run):
                 self.system, self.time, self.q, self.u, settings.rtol, settings.step, settings.max_step
             )
         elif settings.method == EXPLICIT:
-            solver = Explicit(self.system, self.time, self.q, self.u, settings.rtol, settings.max_step)
+            solver = Explicit(self.system, self.time, self.q, self.u, settings.rtol, settings.max_step, self.last)
         else:
             rho_inf = None if settings.method == NEWMARK else settings.rho_inf
             solver = GeneralizedAlpha(
