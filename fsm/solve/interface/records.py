@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, is_dataclass, replace
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
@@ -143,7 +143,7 @@ class Observation:
 def mapped(values: Any, function: Callable[[Any], Any]) -> Any:
     """Copy of nested dataclasses, tuples and dicts with a function of every float and array."""
     if is_dataclass(values):
-        return replace(cast(Any, values), **{name: mapped(item, function) for name, item in vars(values).items()})
+        return replace(cast(Any, values), **{one.name: mapped(getattr(values, one.name), function) for one in fields(values)})
     if isinstance(values, dict):
         return {name: mapped(item, function) for name, item in values.items()}
     if isinstance(values, tuple):
