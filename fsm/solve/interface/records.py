@@ -143,7 +143,8 @@ class Observation:
 def mapped(values: Any, function: Callable[[Any], Any]) -> Any:
     """Copy of nested dataclasses, tuples and dicts with a function of every float and array."""
     if is_dataclass(values):
-        return replace(cast(Any, values), **{one.name: mapped(getattr(values, one.name), function) for one in fields(values)})
+        named = {each.name: mapped(getattr(values, each.name), function) for each in fields(values)}
+        return replace(cast(Any, values), **named)
     if isinstance(values, dict):
         return {name: mapped(item, function) for name, item in values.items()}
     if isinstance(values, tuple):
