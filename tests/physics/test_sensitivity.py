@@ -100,7 +100,8 @@ def test_gradient_of_the_peak_of_a_strip_with_contact() -> None:
 
 def test_gradient_with_dampers_and_friction() -> None:
     tables = {**STRIP, "friction": FRICTION, "material": {**STRIP["material"], "damping": 0.01}}  # type: ignore[dict-item]
-    tables["contact"] = {**STRIP["contact"], "stiffness": 1e10, "damping": 10.0}  # type: ignore[dict-item]
+    tables["contact"] = {**STRIP["contact"], "stiffness": 8e10, "damping": 10.0}  # type: ignore[dict-item]
+    tables["strip"] = {**STRIP["strip"], "segments_per_panel": 10}  # type: ignore[dict-item]
     case = Case.model_validate({**tables, "solve": {"method": "static", "rtol": 1e-4}})  # all steps are those of the travels
     peak = peak_response(case, TRAVEL, ["strip.fold_angle", "strip.thickness"])
     assert peak.gradient is not None
