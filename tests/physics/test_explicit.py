@@ -167,7 +167,7 @@ def save_with_memory(
     latched.append(laws.latched("joint.hinge"))
 
 
-def test_states_that_a_kernel_passes_are_those_at_which_it_ends() -> None:
+def test_states_that_a_kernel_passes_are_those_at_which_it_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     """Many saved states of one call of a kernel, and one call for each: same states, energies, and memory of a latch."""
     latch = {"at": 0.5, "stiffness": 4e3, "damping": 4.0}
     case = panel(spring={"stiffness": 12.0}, damper={"coefficient": 0.6}, latch=latch)
@@ -175,7 +175,7 @@ def test_states_that_a_kernel_passes_are_those_at_which_it_ends() -> None:
     for batched in (True, False):
         _, system = compile_case(fsm.load(case).model)
         if not batched:
-            system.memory_in_place = lambda: None
+            monkeypatch.setattr(system, "memory_in_place", lambda: None)
         saved, latched, memories = list[SavedState](), list[bool](), list[np.ndarray]()
         statistics, balance = simulate(
             system, Settings("explicit", 1e-6, 1.0), np.linspace(0.0, 1.0, 41).tolist(),

@@ -65,6 +65,8 @@ _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 5.0
 _ORDER = 8.0
 _OF_ERROR, _OF_LAST = 0.7 / _ORDER, 0.4 / _ORDER
 """Powers of the error of a step and of the last one in the size of the next step (Gustafsson 1991)."""
+_WANTED = _SAFETY**_ORDER
+"""Error of a step over the tolerance, which the size of the next step aims at."""
 _LEAST_ERROR = 1e-4
 """Least error of the last step that counts."""
 _SMALLEST = 16.0 * float(np.finfo(float).eps)
@@ -210,9 +212,9 @@ def _following(sizes: np.ndarray, h: float, error: float, grow: bool) -> float:
     """
     if grow and h < sizes[STEP_SIZE]:
         return max(h * min(_GROW, _SAFETY * max(error, 1e-12) ** (-1.0 / _ORDER)), sizes[STEP_SIZE])
-    factor = _SAFETY * max(error, 1e-12) ** -_OF_ERROR
+    factor = (max(error, 1e-12) / _WANTED) ** -_OF_ERROR
     if sizes[LAST_ERROR] > 0.0:
-        factor *= sizes[LAST_ERROR] ** _OF_LAST
+        factor *= (sizes[LAST_ERROR] / _WANTED) ** _OF_LAST
     sizes[LAST_ERROR] = max(error, _LEAST_ERROR)
     return h * min(factor, _GROW if grow else 1.0)
 

@@ -114,7 +114,7 @@ class Explicit(StepMethod):
         end = u + len(self.u)
         rows = through.states[: through.passed[0]]
         return [
-            PassedState(t, *row[[PANELS, CREASES]].tolist(), row[DRIVES:q], row[q:u], row[u:end], row[end:])
+            PassedState(t, float(row[PANELS]), float(row[CREASES]), row[DRIVES:q], row[q:u], row[u:end], row[end:])
             for t, row in zip(through.times.tolist(), rows, strict=False)
         ]
 
