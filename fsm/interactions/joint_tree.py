@@ -346,11 +346,13 @@ def _own_inertia(pose: np.ndarray, inertia: np.ndarray, out: np.ndarray) -> Matr
 
 
 @kernel
-def _invert(a: np.ndarray, n: int) -> bool:
-    """Invert a symmetric positive definite matrix of n rows in place; false if it is singular."""
+def _invert(a: np.ndarray, n: int, own: np.ndarray) -> bool:
+    """Invert a symmetric positive definite matrix of n rows in place; false if it is singular. `own` (n,) is work space."""
     for k in range(n):
-        whole, pivot = a[k, k], a[k, k]
-        if not pivot > _NO_INERTIA * abs(whole):
+        own[k] = a[k, k]
+    for k in range(n):
+        pivot = a[k, k]
+        if not pivot > _NO_INERTIA * own[k]:
             return False
         a[k, k] = 1.0
         for j in range(n):
@@ -430,7 +432,7 @@ def accelerate(tree: JointTree, poses: np.ndarray, masses: np.ndarray, forces: n
                 for a in range(6):
                     total += rows[c, a] * felt[e, a]
                 inverse[c, e] = total
-        if not _invert(inverse, n):
+        if not _invert(inverse, n, on):
             return False
         if parent < 0:
             continue
