@@ -59,10 +59,10 @@ def with_files(item: Any, folder: Path, system: str, path: str) -> _Read:
     Part of the case, and the faults of its files.
     """
     if isinstance(item, tuple | dict):
-        parts = item.items() if isinstance(item, dict) else enumerate(item)
-        read = {key: with_files(part, folder, system, f"{path}.{key}") for key, part in parts}
-        found = {key: part for key, (part, _) in read.items()}
-        faults = [fault for _, each in read.values() for fault in each]
+        parts = dict(item) if isinstance(item, dict) else dict(enumerate(item))
+        each = {key: with_files(part, folder, system, f"{path}.{key}") for key, part in parts.items()}
+        found = {key: part for key, (part, _) in each.items()}
+        faults = [fault for _, of_part in each.values() for fault in of_part]
         return (found if isinstance(item, dict) else tuple(found.values())), faults
     if not isinstance(item, BaseModel):
         return item, []

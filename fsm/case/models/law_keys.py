@@ -49,7 +49,7 @@ class LawSection(Model):
         if not isinstance(law, str):
             return dict(written)
         needed = cls.laws[law].needed if law in cls.laws else ()
-        empty = {} if _added(cls, law) is None else {"parameters": {}}
+        empty: dict[str, Any] = {} if _added(cls, law) is None else {"parameters": {}}
         return {**dict.fromkeys(needed, MISSING), **empty, **written}
 
     @field_validator("law", "kind", "geometry", mode="before", check_fields=False)

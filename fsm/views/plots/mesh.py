@@ -199,9 +199,8 @@ def _joined(cells: Integers, points: Floats, of_films: Integers, size: float) ->
 
 def _names(solution: Solution, panel: Integers) -> list[str]:
     """Name of the part of every cell; older results have names of panels and of kinds only."""
-    film, bars, known = solution.layout.film is not None, (), list(solution.layout.quad_names)
-    if solution.array is not None:
-        bars = solution.array.bar_names
+    film, known = solution.layout.film is not None, list(solution.layout.quad_names)
+    bars: tuple[str, ...] = () if solution.array is None else solution.array.bar_names
     if len(bars) and len(panel) % len(bars) == 0:
         return np.repeat(bars, len(panel) // len(bars)).tolist()
     if film or len(known) != len(panel):
