@@ -429,7 +429,8 @@ class RecordedSolve:
             return saved
         middles = (0.5 * (before[0] + saved.time)).tolist()
         moves = [any(motion.program.at(middle)[1] for motion in system.motions) for middle in middles]
-        energy = replace(saved.observation.energy, kinetic=np.where(moves, saved.observation.energy.kinetic, 0.0))
+        kinetic: Any = np.where(moves, saved.observation.energy.kinetic, 0.0)
+        energy = replace(saved.observation.energy, kinetic=kinetic)
         return replace(saved, observed=replace(saved.observation, energy=energy))
 
     def _channel_values(self, saved: SavedState, times: np.ndarray) -> dict[str, Any]:

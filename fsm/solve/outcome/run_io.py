@@ -6,11 +6,11 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
-from fsm.solve.interface.records import DriveState, Observation, PreviousState
+from fsm.solve.interface.records import DriveState, Observation
 from fsm.solve.interface.system import System
 from fsm.solve.outcome.energy_balance import EnergyBalance
 from fsm.solve.outcome.restart_points import State
@@ -18,6 +18,9 @@ from fsm.solve.outcome.status import Event, Outcome
 from fsm.solve.stepping.model import INERTIAL
 from fsm.text.short_repr import ShortRepr
 from fsm.text.shown_units import travel_text
+
+Number: TypeAlias = Any
+"""Number of a state, or array (n,) of several states."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -33,16 +36,16 @@ class SavedState(ShortRepr):
     of several states have a first axis, see `OutputRequest.several`.
     """
 
-    time: float
+    time: Number
     q: np.ndarray
     u: np.ndarray
     observed: Observation | Callable[[], Observation]
-    dissipated: float
-    work: float
-    error: float
+    dissipated: Number
+    work: Number
+    error: Number
     pair_energy: np.ndarray
-    before: PreviousState | None = None
-    program_time: float | None = None
+    before: tuple[Number, np.ndarray] | None = None
+    program_time: Number | None = None
     at_rest: bool = False
     negative_pivots: int | None = None
     final: bool = False
@@ -54,7 +57,7 @@ class SavedState(ShortRepr):
         return self.observed if isinstance(self.observed, Observation) else self.observed()
 
     @property
-    def acting(self) -> float:
+    def acting(self) -> Number:
         """Time at which loads and drives are evaluated, s."""
         return self.time if self.program_time is None else self.program_time
 

@@ -131,11 +131,12 @@ class PathRecorder:
         moved = np.array([self.system.difference(start, end) for start, end in zip(before[1], q, strict=True)])
         own = times, q, moved / (times - before[0])[:, None], observation(records[chosen])
         balance = balances[chosen].T
-        numbers = balance[DISSIPATED], balance[WORK], balance[ERROR], dissipated + pair_energies[chosen]
-        found = SavedState(*own, *numbers, before, negative_pivots=self._pivots)
+        energies_of_pairs = dissipated + pair_energies[chosen]
+        sums = balance[DISSIPATED], balance[WORK], balance[ERROR], energies_of_pairs
+        found = SavedState(*own, *sums, before, negative_pivots=self._pivots)
         self._keep(found, len(saved))
         self.energy_balance.set_numbers(balances[-1])
-        self.energy_balance.pair_energy = numbers[-1][-1]
+        self.energy_balance.pair_energy = energies_of_pairs[-1]
         self.time, self.q, self.u, self.last = float(times[-1]), last, own[2][-1], row_of(own[3], -1)
         self._before = float(before[0][-1]), before[1][-1]
         self.largest_reaction = float(path.numbers[REACTION])
