@@ -7,8 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fsm.interactions.search.chord import chords_planar, close_probes
-from fsm.interactions.surfaces.closest_planar import find_contacts_planar, probe_points_planar
+from fsm.interactions.surfaces.closest_planar import find_contacts_planar
 from fsm.interactions.surfaces.closest_spatial import find_contacts_spatial
 from fsm.interactions.surfaces.gap_planar import write_gap_planar
 from fsm.interactions.surfaces.gap_spatial import write_gap_spatial
@@ -355,37 +354,3 @@ def test_a_probe_beyond_the_tip_or_too_deep_touches_nothing(spatial: bool, strai
     rounded = Tip(poses, True, 1.0, straight).around(0.7, -5e-4)
     assert seen(poses, rounded, spatial, straight=straight, below=0.0, depth_limit=5.1e-4) is not None
     assert seen(poses, rounded, spatial, straight=straight, below=0.0, depth_limit=4.9e-4) is None
-
-
-def test_contacts_after_a_small_motion_are_those_of_the_close_probes() -> None:
-    """Probes at random near the surface; then all points move by at most 4 mm."""
-    apart, random = 4e-3, np.random.default_rng(7)
-    surface, count, probes = row_of_segments(), len(LENGTHS), np.arange(600)
-    owners, stations = pieces_of(np.arange(count), LENGTHS / 2)
-    points = random.uniform(surface[:, :2].min(axis=0) - 0.06, surface[:, :2].max(axis=0) + 0.06, (600, 2))
-    poses = np.vstack([surface, np.column_stack([points, np.zeros(600)])])
-    body, place, window = count + probes, np.zeros(600), np.tile([0, count + 1], (600, 1))
-    clearance, limit, straight = np.full(600, 1e-3), np.full(600, 0.01), np.zeros(600)
-
-    def found(at: np.ndarray, side: np.ndarray, below: float) -> dict[int, float]:
-        out = np.empty(600, dtype=np.int64), np.empty(600, dtype=np.int64), np.empty(600), np.empty(600), np.empty(600)
-        limits = clearance, limit, np.full(600, -1.0)
-        n = find_contacts_planar(at, body, place, side, straight, limits, window, owners, stations, probes, below, out)
-        return dict(zip(out[0][:n].tolist(), out[2][:n].tolist(), strict=True))
-
-    side = np.ones(600)
-    for probe, facing in found(poses, np.zeros(600), 1.0).items():
-        side[probe] = facing if random.random() < 0.9 else -facing  # some have passed through
-    out = np.empty(600, dtype=np.int64)
-    chords = chords_planar(poses, owners, stations)
-    given = probe_points_planar(poses, body, place), chords, window, side, clearance, limit, probes
-    close = out[: close_probes(*given, apart, out)]
-    assert 0 < len(close) < 400
-    touched = set()
-    for _ in range(200):
-        way = random.uniform(0.0, 2.0 * np.pi, len(poses))
-        moved = poses + np.column_stack([0.5 * apart * np.cos(way), 0.5 * apart * np.sin(way), np.zeros(len(poses))])
-        moved[:count, 2] += random.choice([-1.0, 1.0], count) * apart / LENGTHS
-        touched |= set(found(moved, side, 0.0))
-    assert len(touched) > 10
-    assert touched <= set(close.tolist())

@@ -150,68 +150,6 @@ def over_chord(chord: np.ndarray, point: np.ndarray) -> float:
     )
 
 
-@kernel(inline=True)
-def nearest_chord(chords: np.ndarray, first: int, last: int, point: np.ndarray) -> tuple[int, float, float]:
-    """Nearest of the chords [first, last), its distance from a point (D,), m, and the largest bound of their pieces, m."""
-    piece, nearest, bound = -1, np.inf, 0.0
-    for j in range(first, last):
-        distance = chord_distance(chords[j], point)
-        bound = max(bound, chords[j, 2 * point.shape[0] + 1])
-        if distance < nearest:
-            piece, nearest = j, distance
-    return piece, np.sqrt(nearest), bound
-
-
-@kernel(inline=True)
-def pieces_beyond(chords: np.ndarray, first: int, last: int, point: np.ndarray, within: float) -> bool:
-    """Whether all pieces [first, last) are farther than a distance (m) from a point (D,), each with its own bound."""
-    for j in range(first, last):
-        if not np.sqrt(chord_distance(chords[j], point)) - chords[j, 2 * point.shape[0] + 1] > within:
-            return False
-    return True
-
-
-@kernel
-def close_probes(
-    points: np.ndarray,
-    chords: np.ndarray,
-    window: np.ndarray,
-    side: np.ndarray,
-    clearance: np.ndarray,
-    depth_limit: np.ndarray,
-    probes: np.ndarray,
-    apart: float,
-    out: np.ndarray,
-) -> int:
-    """Write the probes that may touch a piece of their windows after displacements of less than `apart`, and return their
-    number.
-
-    Distance and bound of a piece then change by less than 8 times this displacement. A probe whose height over the nearest
-    chord is less than half its distance may change its side and is among them.
-
-    Parameters
-    ----------
-    points : (n, D) array, m
-        Positions of all probes.
-    window, side, clearance, depth_limit, probes : as for the search
-    apart : m
-    """
-    count, column = 0, 2 * points.shape[1]
-    for k in range(probes.shape[0]):
-        i = probes[k]
-        piece, distance, bound = nearest_chord(chords, window[i, 0], window[i, 1], points[i])
-        beyond = distance - bound - 8.0 * apart
-        if beyond > max(clearance[i], depth_limit[i]):
-            continue
-        if beyond > max(clearance[i], 0.0):
-            height = side[i] * over_chord(chords[piece], points[i]) * np.sqrt(chords[piece, column])
-            if side[i] == 0.0 or height >= 0.5 * distance:
-                continue
-        out[count] = i
-        count += 1
-    return count
-
-
 @kernel
 def largest_bulge(chords: np.ndarray, stations: np.ndarray) -> float:
     """Bound of the distance between a surface and its chords, m, tips excluded."""

@@ -13,11 +13,10 @@ from fsm.interactions.search.box_tree import fit_tree, nearest_of_few
 from fsm.interactions.search.chord import (
     along_chord,
     chord_boxes,
+    chord_distance,
     chords_of_planar,
     largest_bulge,
-    nearest_chord,
     over_chord,
-    pieces_beyond,
 )
 from fsm.interactions.search.control_points import control_points_planar, curve_at, point_planar, turned_planar
 from fsm.interactions.surfaces.end_taper import inside_of_end
@@ -129,14 +128,17 @@ def find_contacts_planar(
         if window[i, 0] >= window[i, 1]:
             continue
         point_planar(poses, axes, probe_body[i], probe_x[i], point)
-        piece, distance, bound = nearest_chord(chords, window[i, 0], window[i, 1], point)
+        piece, nearest, bound = -1, np.inf, 0.0
+        for j in range(window[i, 0], window[i, 1]):
+            distance = chord_distance(chords[j], point)
+            bound = max(bound, chords[j, 5])
+            if distance < nearest:
+                piece, nearest = j, distance
+        distance = np.sqrt(nearest)
         if distance > max(clearance[i] + below, depth_limit[i]) + bound:
             continue
         # gap larger than the bound: no contact
-        within = max(clearance[i] + below, 0.0)
-        if distance > within and side[i] * over_chord(chords[piece], point) >= 0.0 and (
-            distance > within + bound or pieces_beyond(chords, window[i, 0], window[i, 1], point, within)
-        ):
+        if distance > max(clearance[i] + below, 0.0) + bound and side[i] * over_chord(chords[piece], point) >= 0.0:
             continue
         px, pz = point[0], point[1]
         at = along_chord(chords[piece], point)

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.interactions.search.box_tree import fit_tree, window_pieces
-from fsm.interactions.search.chord import chord_boxes, chords_planar, chords_spatial, close_probes
-from fsm.interactions.search.displacement_bound import furthest_motion, moved_beyond
+from fsm.interactions.search.chord import chord_boxes, chords_planar, chords_spatial
+from fsm.interactions.search.displacement_bound import furthest_motion
 from fsm.interactions.surfaces.closest_planar import find_contacts_planar, heights_planar, probe_points_planar
 from fsm.interactions.surfaces.closest_spatial import find_contacts_spatial, heights_spatial, probe_points_spatial
 from fsm.interactions.surfaces.end_taper import tapered_planar, tapered_spatial
@@ -38,8 +38,6 @@ class SurfaceArrays(NamedTuple):
     nearest, nearest_of_all, window : (n,), (n,), (n, 2) int arrays
     near : (n,) int array
         Probes with pieces in their windows, in the first `NEAR` rows.
-    close, close_at : (n,) int array, and poses
-        Probes that may touch while bodies are near these poses, in the first `CLOSE` rows.
     height, height_at : heights (n,) of all probes, m, and the poses of these heights, see `HEIGHTS`
     found_piece, found_side, found_at : pieces and sides of the contacts of the last search, and positions of the contacts on
     the pieces
@@ -69,8 +67,6 @@ class SurfaceArrays(NamedTuple):
     nearest_of_all: Integers1
     window: Integers2
     near: Integers1
-    close: Integers1
-    close_at: Floats2
     height: Floats1
     height_at: Floats2
     found_piece: Integers1
@@ -80,11 +76,8 @@ class SurfaceArrays(NamedTuple):
 
 surfaces_of = follows(SurfaceArrays, ContactArrays)
 """Arrays of the surfaces of a table, in kernels."""
-TAPERS, NEAR, HEIGHTS, CLOSE = range(state.OWN_STATE, state.OWN_STATE + 4)
-"""Indices of `ContactArrays.state`: 1 if shares are tapered; number of probes in `near`; 1 if the heights hold; number of
-probes in `close`, -1 if they do not hold."""
-_CLOSE = 0.05
-"""Displacement relative to the margin up to which the probes in `close` hold."""
+TAPERS, NEAR, HEIGHTS = state.OWN_STATE, state.OWN_STATE + 1, state.OWN_STATE + 2
+"""Indices of `ContactArrays.state`: 1 if shares are tapered; number of probes in `near`; 1 if the heights hold."""
 
 
 # broad phase ------------------------------------------------------------------------------------------------------------
@@ -111,7 +104,7 @@ def _set_windows(g: ContactArrays, poses: np.ndarray, points: np.ndarray, chords
             near[count] = i
             count += 1
     copy_into(poses, g.reference)
-    g.state[NEAR], g.state[HEIGHTS], g.state[CLOSE], g.state[state.REFERRED] = count, 0, -1, 1
+    g.state[NEAR], g.state[HEIGHTS], g.state[state.REFERRED] = count, 0, 1
 
 
 @kernel
@@ -135,38 +128,12 @@ def _renew_spatial(g: ContactArrays, poses: np.ndarray) -> int:
     return 1
 
 
-@kernel
-def _close_hold(g: ContactArrays, poses: np.ndarray) -> bool:
-    """Whether the probes in `close` hold at these poses; a change of memory or sides ends the last search and them."""
-    if g.state[state.FOUND] < 0:
-        g.state[CLOSE] = -1
-    bound = _CLOSE * g.numbers[state.MARGIN]
-    return g.state[CLOSE] >= 0 and not moved_beyond(poses, surfaces_of(g).close_at, g.moving, g.radii, bound)
-
-
-@kernel
-def _set_close(g: ContactArrays, poses: np.ndarray, points: np.ndarray, chords: np.ndarray) -> None:
-    own = surfaces_of(g)
-    copy_into(poses, own.close_at)
-    g.state[CLOSE] = close_probes(
-        points, chords, own.window, own.side, own.clearance, own.depth_limit, own.near[: g.state[NEAR]],
-        _CLOSE * g.numbers[state.MARGIN], own.close,
-    )  # fmt: skip
-
-
 # contacts ---------------------------------------------------------------------------------------------------------------
 
 
 @kernel
 def _find_planar(g: ContactArrays, poses: np.ndarray, below: float) -> int:
-    own = surfaces_of(g)
-    hold = _close_hold(g, poses)
-    if below > 0.0:
-        return _search_planar(g, poses, own.near[: g.state[NEAR]], below)
-    if not hold:
-        points = probe_points_planar(poses, own.body, own.place.reshape(-1))
-        _set_close(g, poses, points, chords_planar(poses, own.owners, own.stations))
-    return _search_planar(g, poses, own.close[: g.state[CLOSE]], below)
+    return _search_planar(g, poses, surfaces_of(g).near[: g.state[NEAR]], below)
 
 
 @kernel
@@ -183,14 +150,7 @@ def _search_planar(g: ContactArrays, poses: np.ndarray, probes: np.ndarray, belo
 
 @kernel
 def _find_spatial(g: ContactArrays, poses: np.ndarray, below: float) -> int:
-    own = surfaces_of(g)
-    hold = _close_hold(g, poses)
-    if below > 0.0:
-        return _search_spatial(g, poses, own.near[: g.state[NEAR]], below)
-    if not hold:
-        points = probe_points_spatial(poses, own.body, own.place)
-        _set_close(g, poses, points, chords_spatial(poses, own.owners, own.stations, own.half_width))
-    return _search_spatial(g, poses, own.close[: g.state[CLOSE]], below)
+    return _search_spatial(g, poses, surfaces_of(g).near[: g.state[NEAR]], below)
 
 
 @kernel

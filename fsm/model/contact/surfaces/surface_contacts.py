@@ -127,8 +127,7 @@ class SurfaceContacts(ContactTable):
             probes.first_piece, probes.last_piece, probes.side.copy(), surfaces.owners, stations,
             surfaces.extra[0] if surfaces.extra else np.zeros(0), no_share, tips, reach, corners.twin, corners.across,
             corners.inside, corners.inside_across, none, none.copy(), np.zeros((count, 2), dtype=np.int64), none.copy(),
-            none.copy(), np.zeros((0, 0)), np.zeros(count), np.zeros((0, 0)), none.copy(), np.zeros(count),
-            np.zeros(probes.place.shape),
+            np.zeros(count), np.zeros((0, 0)), none.copy(), np.zeros(count), np.zeros(probes.place.shape),
         )  # fmt: skip
         self.with_slots(own, count, probes.share, probes.area, probes.pair)
         self.common.state[TAPERS] = int(probes.cell.any())
@@ -172,8 +171,7 @@ class SurfaceContacts(ContactTable):
         """See `ContactTable`."""
         super().size_for(bodies)
         if len(self.own.height_at) != bodies:
-            shape = self.common.reference.shape
-            self.table.replace(self.common, self.own._replace(height_at=np.zeros(shape), close_at=np.zeros(shape)))
+            self.table.replace(self.common, self.own._replace(height_at=np.zeros(self.common.reference.shape)))
 
     def load_own(self, memory: np.ndarray) -> None:
         """See `ContactTable`: sides of all probes."""
