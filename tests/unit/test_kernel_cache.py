@@ -390,7 +390,7 @@ def test_damaged_entries_are_replaced(toy: Toy, pattern: str) -> None:
     for path in toy.entries(pattern):
         path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
     report = toy.run()
-    assert (report["value"], report["misses"]) == (30.0, 2)
+    assert (report["value"], report["misses"]) == (30.0, 1)  # the code of the callee is another entry
     assert toy.run()["misses"] == 0
 
 
