@@ -12,6 +12,7 @@ from fsm.case.derived.rebound import rebound
 from fsm.interactions.openings import ALONG, CONSTANTS, LENGTH, TURN
 from fsm.kernels.body_poses import retract_poses
 from fsm.kernels.programs import Piece, Program
+from fsm.model.bodies.group import BlockSums, BodyState
 from fsm.model.bodies.pattern import body_pattern
 from fsm.model.elements import joint_laws as laws
 from fsm.model.elements.joint_forces import JointForceGroup
@@ -88,11 +89,11 @@ def test_forces_and_tangents(kind: int) -> None:
         moving = rates.copy()
         moving[1:] += faster.reshape(2, 6)
         force, stiffness, damping = np.zeros((3, 6)), pattern.zeros(), pattern.zeros()
-        springs.add_linearised(0.0, placed, moving, pattern, force, stiffness, damping)
+        springs.add_linearised(BodyState(0.0, placed, moving), BlockSums(pattern, force, stiffness, damping))
         again = np.zeros((3, 6))
-        springs.add_force(0.0, placed, moving, again)
+        springs.add_force(BodyState(0.0, placed, moving), again)
         assert again == pytest.approx(force, rel=1e-13)
-        stored = springs.energy(0.0, placed, np.zeros((3, 6)))[0]["panels"]
+        stored = springs.energy(BodyState(0.0, placed, np.zeros((3, 6))))[0]["panels"]
         dense = [np.block([[data[0], data[1]], [data[2], data[3]]]) for data in (stiffness, damping)]
         return force[1:].ravel(), stored, dense[0], dense[1]
 

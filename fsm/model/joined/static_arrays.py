@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,22 +20,32 @@ from fsm.solve.stepping.path_state import BARS
 from fsm.solve.stepping.quasi_static import StaticModel
 
 if TYPE_CHECKING:
-    from fsm.model.joined.system import JoinedSystem
+    from fsm.model.joined.arrays_of import JoinedModel
+    from fsm.model.joined.configuration import JoinedConfiguration
+    from fsm.model.system.contact_arrays_of import ContactModel
+
+    ModelOf = Callable[[BodyPattern, np.ndarray, Ready, ContactModel], tuple[JoinedModel, BlockPattern]]
 
 
 class JoinedStatics(StaticSegments):
-    """Arrays of a joined system without parts in Python; see `StaticSegments`."""
+    """Arrays of a joined system without parts in Python; see `StaticSegments`.
+
+    `model_of` creates the compiled model and the pattern of its equations, from the pattern between bodies and frames, the
+    quaternions of frames, and the arguments of `StaticSegments`.
+    """
 
     energies = StaticSegments.energies | {name: BARS + k for k, name in enumerate(KINDS_OF_ENERGY[2:])}
 
-    def __init__(self, system: JoinedSystem, pattern: BodyPattern, ready: Ready) -> None:
-        self._joined, self._near = system, system.frames_near.copy()
+    def __init__(
+        self, system: JoinedConfiguration, pattern: BodyPattern, ready: Ready, model_of: ModelOf
+    ) -> None:
+        self._joined, self._near, self._model_of = system, system.frames_near.copy(), model_of
         super().__init__(system, pattern, ready)
         self._stored_by.append([*system.elements.energies(0.0, system.elements.start)])
 
     def _create(self, pattern: BodyPattern) -> tuple[tuple[Arrays, Arrays], list[ElementArrays]]:
         """See `StaticSegments`; a new pattern has a new model."""
-        found, self._equations = self._joined.static_model(pattern, self._near, self._ready, self._contacts)
+        found, self._equations = self._model_of(pattern, self._near, self._ready, self._contacts)
         self.model = StaticModel.of(PATH, found.model, self._joined.initial()[0])
         self._others = found.others
         _, self._factors = self._ready(self._equations)

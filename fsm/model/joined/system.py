@@ -425,9 +425,9 @@ class JoinedSystem(JoinedConfiguration):
             return None
         from fsm.model.joined.static_arrays import JoinedStatics  # imports the kernels of all steps
 
-        return JoinedStatics(self, self._first_pattern(), ready)
+        return JoinedStatics(self, self._first_pattern(), ready, self._static_model)
 
-    def static_model(
+    def _static_model(
         self, pattern: BodyPattern, near: np.ndarray, ready: Ready, contacts: ContactModel
     ) -> tuple[JoinedModel, BlockPattern]:
         """Compiled model for statics, and the pattern of its equations."""

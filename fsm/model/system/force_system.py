@@ -38,7 +38,8 @@ from fsm.model.elements.locked_inertia import length_at
 from fsm.model.elements.spring_locks import SpringLocks
 from fsm.model.plan.in_python import of_compiler
 from fsm.solve.interface.records import DriveState, Linearised, PreviousState
-from fsm.solve.interface.scales import OF_DRIVES, AtRest, Scales, scales_at_rest
+from fsm.solve.interface.rest_scales import scales_at_rest
+from fsm.solve.interface.scales import OF_DRIVES, AtRest, Scales
 from fsm.solve.stepping.accuracy import ACCURATE, trial_vector
 
 if TYPE_CHECKING:

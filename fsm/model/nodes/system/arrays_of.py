@@ -23,7 +23,7 @@ from fsm.solve.stepping.equilibrium import RestModel
 from fsm.solve.stepping.model import ArrayModel
 
 if TYPE_CHECKING:
-    from fsm.model.nodes.system.system import AncfSystem
+    from fsm.model.nodes.system.moving_mesh import MovingMesh
 
 @kernel
 def _none(table: np.ndarray, own: np.ndarray, number: float) -> float:
@@ -37,7 +37,7 @@ _KINDS = {name: number for number, name in enumerate(KINDS_OF_ENERGY, start=1)}
 class Compiled:
     """Compiled models of a system without parts in Python: in motion, and at rest. Both models share all arrays."""
 
-    def __init__(self, system: AncfSystem, ready: Ready) -> None:
+    def __init__(self, system: MovingMesh, ready: Ready) -> None:
         self._arrays, self._held = coordinates_of(system, Matrices.of(system, ready))
         self._state = system.initial()
 
@@ -75,7 +75,7 @@ class Matrices(NamedTuple):
     slots: list[np.ndarray]
 
     @classmethod
-    def of(cls, system: AncfSystem, ready: Ready) -> Matrices:
+    def of(cls, system: MovingMesh, ready: Ready) -> Matrices:
         """Matrices of a mesh alone."""
         pattern = system.pattern
         fixed, mass = system.fixed.reshape(-1, pattern.size), system.inertia(system.start, pattern)
@@ -83,7 +83,7 @@ class Matrices(NamedTuple):
 
 
 def coordinates_of(
-    system: AncfSystem, matrices: Matrices, low_rank: np.ndarray | None = None
+    system: MovingMesh, matrices: Matrices, low_rank: np.ndarray | None = None
 ) -> tuple[Coordinates, list[np.ndarray]]:
     """Model of the coordinates of a system, and all arrays whose addresses the model contains; `low_rank` is the table of a
     part of low rank.
@@ -153,7 +153,7 @@ def _held(fixed: np.ndarray, pattern: BlockPattern) -> tuple[np.ndarray, np.ndar
     return np.flatnonzero(marked == 0.0), np.flatnonzero(marked == 2.0)
 
 
-def _moved(system: AncfSystem) -> Moved:
+def _moved(system: MovingMesh) -> Moved:
     motions = system.loading.motions
     numbers = [np.full(len(motion.coordinates), k) for k, motion in enumerate(motions)]
     none: list[Any] = [np.zeros(0)]
