@@ -437,7 +437,12 @@ class RecordedSolve:
         """Values of all channels at saved states, by name."""
         if self.channels is None:
             return {}
-        states = (replace(row_of(saved, k), time=t) for k, t in enumerate(times.tolist()))
+        nothing: Any = ()
+        rows = replace(saved, observed=nothing)  # few channels need an observation
+        states = (
+            replace(row_of(rows, k), time=t, observed=partial(row_of, saved.observation, k))
+            for k, t in enumerate(times.tolist())
+        )
         found = [self.channels.values(self.current, state) for state in states]
         return {info.name: [values[info.name] for values in found] for info in self.channels.infos}
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields, is_dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
+from dataclasses import dataclass, field, fields, is_dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -140,11 +141,17 @@ class Observation:
     pairs: PairState
 
 
+@cache
+def _names(kind: Any) -> tuple[str, ...]:
+    """Names of the fields of a dataclass."""
+    return tuple(one.name for one in fields(kind))
+
+
 def mapped(values: Any, function: Callable[[Any], Any]) -> Any:
     """Copy of nested dataclasses, tuples and dicts with a function of every float and array."""
-    if is_dataclass(values):
-        named = {each.name: mapped(getattr(values, each.name), function) for each in fields(values)}
-        return replace(cast(Any, values), **named)
+    kind = type(values)
+    if is_dataclass(kind):
+        return kind(*(mapped(getattr(values, name), function) for name in _names(kind)))
     if isinstance(values, dict):
         return {name: mapped(item, function) for name, item in values.items()}
     if isinstance(values, tuple):
