@@ -8,9 +8,9 @@ method finds z, starting from that of the state before:
 
 One factorisation serves all parameters. With d -> 0 this is implicit differentiation, A z = dh/dp. Differences at a fixed q
 would be wrong: a change of lengths by 1e-6 stretches stiff springs more than the forces of the state do. Both systems have
-the same residual, so that of the equilibrium does not matter. The relative step d = 1e-6 has an error of d/2 times the
-second derivative of the path. The round-off of stiff springs, 1e-16/d of stiffness times size, is a pair of opposite forces
-at almost the same place, so little of it is left in dz and (dr/dq) dz. Where the sides of contacts move, the second
+the same residual, so that of the equilibrium does not matter. The relative step d, 1e-6 or 2e-6, has an error of d/2 times
+the second derivative of the path. The round-off of stiff springs, 1e-16/d of stiffness times size, is a pair of opposite
+forces at almost the same place, so little of it is left in dz and (dr/dq) dz. Where the sides of contacts move, the second
 derivative is up to 1e3 times larger, and d = 1e-8.
 
 Dampers and friction compute rates as differences from the previous state, whose derivative is known then: it changes with
@@ -50,6 +50,8 @@ from fsm.solve.interface.records import PreviousState
 
 _STEP = 1e-6
 """Relative step of a parameter."""
+_FREE_STEP = 2e-6
+"""The same without contacts: errors of 1e-5 by the round-off of stiff joints at 1e-6, by the second derivative at 5e-6."""
 _CONTACT_STEP = 1e-8
 """The same for a parameter that moves the sides of contacts of rigid bodies."""
 _NODES_STEP = 5e-4
@@ -115,7 +117,10 @@ def vary_parameters(
 def _vary(case: Case, scene: Scene, system: SegmentSystem, path: str, central: bool) -> VariedParameter:
     value, rigid = value_at(case, path), type(system) is SegmentSystem
     size = abs(value) or 1.0
-    step = _NODES_STEP if not _has_bodies(system) else _CONTACT_STEP if central and system.contacts else _STEP
+    if not _has_bodies(system):
+        step = _NODES_STEP
+    else:
+        step = _FREE_STEP if not system.contacts else _CONTACT_STEP if central else _STEP
     central = central or not _has_bodies(system) or (not rigid and bool(system.contacts))
 
     def changed(by: float) -> Scene:
