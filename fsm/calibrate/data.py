@@ -23,15 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from fsm.case.loading.csv_columns import (
-    cells_of,
-    columns_of,
-    first_row_faults,
-    headings_of,
-    number_in,
-    separator_of,
-    text_rows,
-)
+from fsm.case.loading import csv_columns as csv
 from fsm.case.loading.toml_file import read_toml
 from fsm.case.schema.faults import unknown_key
 from fsm.case.schema.units import did_you_mean, to_si, with_unit
@@ -113,26 +105,26 @@ def read_table(path: str | Path, quantities: Mapping[str, str], required: Sequen
     """
     file = Path(path)
     sidecar = _read_sidecar(file.with_suffix(".toml"), quantities)
-    rows = text_rows(file, "", f"required columns: {', '.join(required)}")
-    separator = separator_of(rows[0][1])
-    cells = cells_of(rows[0][1], separator)
-    without_headings = all(number_in(cell, separator) is not None for cell in cells)
+    rows = csv.text_rows(file, "", f"required columns: {', '.join(required)}")
+    separator = csv.separator_of(rows[0][1])
+    cells = csv.cells_of(rows[0][1], separator)
+    without_headings = all(csv.number_in(cell, separator) is not None for cell in cells)
     try:
         if without_headings:
             _check_column_names(cells, sidecar, rows[0][0], file, required, quantities)
             names, units, body = list(sidecar.columns), [""] * len(cells), rows
         else:
-            cells = headings_of(rows[0][1], separator)
+            cells = csv.headings_of(rows[0][1], separator)
             if not cells:
                 raise CaseError(Fault("", f"row {rows[0][0]}: no headings; required columns: {', '.join(required)}"))
-            cells, names, units, body = columns_of(rows, separator, quantities)
+            cells, names, units, body = csv.columns_of(rows, separator, quantities)
         used, faults = _used_columns(names, cells, rows[0][0], quantities, required, sidecar, file)
         scale, found, more = _scales(used, units, quantities, sidecar, file)
         if not body:
             more.append(Fault("", "has headings but no rows"))
         numbers, bad = _numbers(body, separator, len(cells), used, quantities)
         if faults or more or bad:
-            raise CaseError([*faults, *more, *first_row_faults(bad, "")])
+            raise CaseError([*faults, *more, *csv.first_row_faults(bad, "")])
     except CaseError as error:
         raise CaseError(error.faults, str(file)) from None
     columns = {name: numbers[:, k] * scale[name] for k, name in enumerate(used)}
@@ -302,7 +294,7 @@ def _numbers(
     numbers: list[list[float]] = []
     faults: list[Fault] = []
     for row, line in body:
-        cells = cells_of(line, separator)
+        cells = csv.cells_of(line, separator)
         cells += [""] * (width - len(cells))
         if len(cells) > width:
             faults.append(Fault(f"row {row}", f"has {len(cells)} values, but there are {width} columns"))
@@ -337,7 +329,7 @@ def _read_fast(lines: list[str], separator: str, width: int, places: list[int]) 
 def _value(cell: str, separator: str, kind: str) -> float | None:
     if kind == "branch" and cell.lower() in BRANCHES:
         return BRANCHES[cell.lower()]
-    value = number_in(cell, separator)
+    value = csv.number_in(cell, separator)
     if value is None or not math.isfinite(value) or (kind == "branch" and abs(value) != 1.0):
         return None
     return value

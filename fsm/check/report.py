@@ -21,15 +21,8 @@ from fsm.case.models.scene import ForceElement, Scene
 from fsm.case.plan.method_selection import solve_of
 from fsm.case.plan.start import start_of
 from fsm.case.plan.step_items import loads_of, with_paths_of_steps
+from fsm.check import contact
 from fsm.check.array import describe_array
-from fsm.check.contact import (
-    approximations_of_contact,
-    approximations_of_friction,
-    contact_lines,
-    friction_lines,
-    soft_contact,
-    stick_slip,
-)
 from fsm.check.drive import drive_of_strip_lines, drives_line, pulled_beyond_length
 from fsm.check.facets import pressure_line
 from fsm.check.film import describe_film
@@ -328,10 +321,10 @@ def _approximations(view: CheckContext) -> Iterator[str]:
     yield from _of_segments(view)
     yield from approximations_of_films(view)
     if view.pairs:
-        yield from approximations_of_contact(view)
+        yield from contact.approximations_of_contact(view)
     if view.pairs and view.scene.friction is not None:
-        yield approximations_of_friction(view)
-        yield from stick_slip(view)
+        yield contact.approximations_of_friction(view)
+        yield from contact.stick_slip(view)
     yield from _of_damping(view)
     if view.scene.drives and view.method == "static":
         yield "inertia is neglected, except in a snap-through, which is solved as a motion until it comes to rest"
@@ -369,7 +362,7 @@ def _of_segments(view: CheckContext) -> Iterator[str]:
 
 
 def _warnings(view: CheckContext) -> Iterator[str]:
-    yield from soft_contact(view)
+    yield from contact.soft_contact(view)
     yield from margin_warnings(view)
     yield from library_warnings(view)
     yield from crease_warnings(view.scene, view.case.strip is not None)
@@ -400,8 +393,8 @@ _SECTIONS: tuple[tuple[str, Callable[[CheckContext], Iterator[str]]], ...] = (
     ("elements", _joints),
     ("", element_lines),
     ("half cell", _half_cell),
-    ("contact", contact_lines),
-    ("friction", friction_lines),
+    ("contact", contact.contact_lines),
+    ("friction", contact.friction_lines),
     ("damping", _damping),
     ("drive", _drives),
     ("loads", _loads),

@@ -12,21 +12,11 @@ from typing import TYPE_CHECKING
 import click
 
 from fsm.calibrate.kinds import CALIBRATIONS
+from fsm.cli import options as opt
 from fsm.cli.export import export
 from fsm.cli.help_key import help_key, schema
 from fsm.cli.init import init
-from fsm.cli.options import (
-    Command,
-    Group,
-    add_source,
-    debug_option,
-    drawing_options,
-    end_with,
-    figure_file,
-    out_folder,
-    say,
-    set_option,
-)
+from fsm.cli.options import Command, Group
 from fsm.cli.studies import optimise, sensitivity, solve_for, study
 from fsm.errors import CaseError, ExpectationFailed
 from fsm.io.gc_startup import imports_outside_gc, plain_matplotlib, rare_gc
@@ -69,7 +59,7 @@ def _version(ctx: click.Context, parameter: click.Parameter, value: bool) -> Non
 
 @click.group(cls=Group, epilog=EXIT_CODES, context_settings={"help_option_names": ["-h", "--help"]})
 @click.option("--version", is_flag=True, is_eager=True, expose_value=False, callback=_version, help="Show the version.")
-@debug_option
+@opt.debug_option
 def cli() -> None:
     """Deployment of folded strips, sheets, wings and scissor arrays; vibration of films; mechanisms and scenes of bodies."""
 
@@ -77,7 +67,7 @@ def cli() -> None:
 @cli.command()
 @click.argument("case", metavar="CASE.toml")
 @click.option("--out", required=True, metavar="DIR", help="Folder for the results.")
-@set_option
+@opt.set_option
 @spatial_option
 @method_option
 @resume_option
@@ -89,9 +79,9 @@ def cli() -> None:
     show_default=True,
     help="Whether figures are drawn. `fsm plot` draws them later.",
 )
-@drawing_options
+@opt.drawing_options
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
-@debug_option
+@opt.debug_option
 def run(
     case: str,
     out: str,
@@ -109,7 +99,7 @@ def run(
 
     settings = [*overrides, *_solve_overrides(spatial, method)]
     loaded = load_case(case, settings)
-    folder, drawn = out_folder(out), figures == "all"
+    folder, drawn = opt.out_folder(out), figures == "all"
 
     with imports_outside_gc():
         from fsm.views.plots.figures import drawn_beside
@@ -121,26 +111,26 @@ def run(
                 from fsm.run.compile_beside import compiled_beside
                 from fsm.run.run_case import run_case
 
-            with compiled_beside(["--case", case, *settings]), add_source(case), shown as progress:
+            with compiled_beside(["--case", case, *settings]), opt.add_source(case), shown as progress:
                 summary = run_case(loaded, folder, progress=progress, resume=resume, figures=drawn)
     except ExpectationFailed:  # the run itself is complete and its files are written
         if not quiet:
             from fsm.results.summary_file import SUMMARY, read_summary
             from fsm.run.summary_text import summary_lines
 
-            say(summary_lines(read_summary(folder / SUMMARY), folder))
+            opt.say(summary_lines(read_summary(folder / SUMMARY), folder))
         raise
     if not quiet:
         from fsm.run.summary_text import summary_lines
 
-        say(summary_lines(summary, folder))
+        opt.say(summary_lines(summary, folder))
 
 
 @cli.command()
 @click.argument("tables", metavar="TABLE.csv", nargs=-1, required=True)
 @click.option("--out", required=True, metavar="DIR", help="Folder for the results; with --keep all one folder for each row.")
-@set_option
-@drawing_options
+@opt.set_option
+@opt.drawing_options
 @click.option("--workers", type=click.IntRange(min=1), metavar="N", help="Number of processes; default: one for each core.")
 @click.option("--on", metavar="WHERE", help="Cluster: tcp://HOST:PORT of a Dask scheduler, or slurm; default: this machine.")
 @click.option("--part", metavar="K/N", help="Run the Kth of N parts of the table; --merge joins them.")
@@ -160,7 +150,7 @@ def run(
 @method_option
 @resume_option
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
-@debug_option
+@opt.debug_option
 def table(
     tables: tuple[str, ...],
     out: str,
@@ -182,7 +172,7 @@ def table(
     from fsm.run.table import MOST_FOLDERS, failures, merge_tables, part_of, run_table
     from fsm.run.table_text import format_comparison, format_table
 
-    folder = out_folder(out)
+    folder = opt.out_folder(out)
     if merge:
         if part is not None:
             raise click.UsageError("--merge joins parts that have run; leave --part out")
@@ -198,22 +188,22 @@ def table(
         if len(rows) > MOST_FOLDERS:
             click.echo(f"and {len(rows) - MOST_FOLDERS:,} more rows in summary.csv")
         if not merge:
-            say(format_comparison(tables[0], rows).splitlines())
+            opt.say(format_comparison(tables[0], rows).splitlines())
         click.echo(f"results: {folder}")
     failed = [row for row in rows if row.get("error")]
     if failed:
         lines = [f"{row['case']}: {line}" for row in failed for line in row["error"].splitlines()]
-        end_with([*(lines if quiet else []), f"{len(failed)} of {len(rows)} cases failed"], failures(failed))
+        opt.end_with([*(lines if quiet else []), f"{len(failed)} of {len(rows)} cases failed"], failures(failed))
     if missing:
-        end_with([f"{missing} rows of the table are in no part; run them, and merge again"], 3)
+        opt.end_with([f"{missing} rows of the table are in no part; run them, and merge again"], 3)
 
 
 @cli.command()
 @click.argument("case", metavar="CASE.toml")
 @click.option("--out", metavar="FILE.png", help="Also draw the mechanism with its joints: a file (.png, .svg, .pdf).")
-@set_option
+@opt.set_option
 @spatial_option
-@debug_option
+@opt.debug_option
 def check(case: str, out: str | None, overrides: tuple[str, ...], spatial: bool) -> None:
     """Check a case and describe its model, without solving it."""
     from fsm.case.loading.load_case import load_case
@@ -223,13 +213,13 @@ def check(case: str, out: str | None, overrides: tuple[str, ...], spatial: bool)
     with imports_outside_gc():
         from fsm.check.report import describe
 
-    with add_source(case):
+    with opt.add_source(case):
         lines = describe(loaded.case)
-    say(lines)
+    opt.say(lines)
     if out is not None:
         with imports_outside_gc(), plain_matplotlib():
             from fsm.views.pictures.mechanism_picture import draw_mechanism
-        with add_source(case):
+        with opt.add_source(case):
             draw_mechanism(loaded.case, Path(out))
         click.echo(out)
 
@@ -237,8 +227,8 @@ def check(case: str, out: str | None, overrides: tuple[str, ...], spatial: bool)
 @cli.command()
 @click.argument("case", metavar="CASE.toml")
 @click.option("--out", required=True, metavar="FILE.gif", help="Animation to write; for a sheet FILE.png, .svg or .pdf.")
-@set_option
-@debug_option
+@opt.set_option
+@opt.debug_option
 def preview(case: str, out: str, overrides: tuple[str, ...]) -> None:
     """Animate the deployment with rigid panels: fast, but only approximate. For a sheet, draw the crease pattern
     instead; places of faults are red.
@@ -253,7 +243,7 @@ def preview(case: str, out: str, overrides: tuple[str, ...]) -> None:
     if loaded.case.sheet is not None:
         with imports_outside_gc(), plain_matplotlib():
             from fsm.views.pictures.sheet_picture import draw_sheet
-        with add_source(case):
+        with opt.add_source(case):
             notes = draw_sheet(loaded.case, Path(out))
         for note in notes:
             click.echo(note, err=True)
@@ -263,7 +253,7 @@ def preview(case: str, out: str, overrides: tuple[str, ...]) -> None:
     with imports_outside_gc(), plain_matplotlib():
         from fsm.views.pictures.preview import preview as animate
 
-    with add_source(case):
+    with opt.add_source(case):
         notes = animate(loaded.case, Path(out))
     for note in notes:
         click.echo(note, err=True)
@@ -289,8 +279,8 @@ def _draw_pattern_fault(error: CaseError, out: Path) -> None:
 )
 @click.option("--channel", "channels", multiple=True, metavar="PATTERN", help="Draw only these channels, into channels.png.")
 @click.option("--over-time", is_flag=True, help="Draw channels over time, even if there is a drive.")
-@drawing_options
-@debug_option
+@opt.drawing_options
+@opt.debug_option
 def plot(result: str, out: str | None, channels: tuple[str, ...], over_time: bool) -> None:
     """Draw the figures of a result again, or some of its channels.
 
@@ -300,9 +290,9 @@ def plot(result: str, out: str | None, channels: tuple[str, ...], over_time: boo
 
     if over_time and not channels:
         raise click.UsageError("--over-time is for --channel only")
-    target = None if out is None else figure_file(out)
+    target = None if out is None else opt.figure_file(out)
     file = Path(result) / "result.h5" if Path(result).is_dir() else Path(result)
-    folder = file.parent if out is None else out_folder(out) if target is None else target.parent
+    folder = file.parent if out is None else opt.out_folder(out) if target is None else target.parent
     solution = read_solution(file)
     folder.mkdir(parents=True, exist_ok=True)
 
@@ -313,7 +303,7 @@ def plot(result: str, out: str | None, channels: tuple[str, ...], over_time: boo
 
     if channels:
         path = target or (folder / "channels").with_suffix(file_format())
-        with add_source(result):
+        with opt.add_source(result):
             plot_channels(solution, channels, path, over_time)
         click.echo(str(path))
     elif target is not None:
@@ -328,7 +318,7 @@ def plot(result: str, out: str | None, channels: tuple[str, ...], over_time: boo
 @click.option("--out", required=True, metavar="FILE.html", help="Page to write.")
 @click.option("--title", default="", metavar="TEXT", help="Title of the page; default: the title of the case.")
 @click.option("--channel", "channels", multiple=True, metavar="PATTERN", help="Always include these channels.")
-@debug_option
+@opt.debug_option
 def report(results: tuple[str, ...], out: str, title: str, channels: tuple[str, ...]) -> None:
     """Write results as one interactive page that works offline: motion, curves, and tables.
 
@@ -342,7 +332,7 @@ def report(results: tuple[str, ...], out: str, title: str, channels: tuple[str, 
 
 @cli.command()
 @click.argument("results", metavar="RESULT...", nargs=-1, required=True)
-@debug_option
+@opt.debug_option
 def view(results: tuple[str, ...]) -> None:
     """Write the page of results into a temporary folder, and open it in the browser."""
     import tempfile
@@ -378,7 +368,7 @@ def view(results: tuple[str, ...]) -> None:
 )
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the random numbers.")
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
-@debug_option
+@opt.debug_option
 def calibrate(kind: str, data: str, out: str, fit: str, without_flagged: bool, level: float, seed: int, quiet: bool) -> None:
     """Identify parameters and their intervals from measured data; KIND is one of {kinds}.
 
@@ -387,7 +377,7 @@ def calibrate(kind: str, data: str, out: str, fit: str, without_flagged: bool, l
     """
     import importlib
 
-    folder = out_folder(out)
+    folder = opt.out_folder(out)
     module, function = CALIBRATIONS[kind].split(":")
 
     with imports_outside_gc():
@@ -399,14 +389,14 @@ def calibrate(kind: str, data: str, out: str, fit: str, without_flagged: bool, l
     found = getattr(calibration, function)(Path(data), options)
     write_calibration(found, folder, options)
     if not quiet:
-        say([*table_lines(found, options), f"results  {folder}"])
+        opt.say([*table_lines(found, options), f"results  {folder}"])
 
 
 calibrate.help = (calibrate.help or "").format(kinds=", ".join(CALIBRATIONS))
 
 
 @cli.command()
-@debug_option
+@opt.debug_option
 def warmup() -> None:
     """Compile all kernels now, so that the first run starts faster."""
     with imports_outside_gc():

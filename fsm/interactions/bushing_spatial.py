@@ -33,26 +33,11 @@ import numpy as np
 
 from fsm.interactions.bushing_planar import LOCKED
 from fsm.interactions.swing_twist import Slopes, curvature_matrix, swing_slopes, turn_curvature, turn_gradient, twist_slopes
+from fsm.kernels import tensor
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import rotate_by
 from fsm.kernels.scatter import add_quarters_spatial
-from fsm.kernels.tensor import (
-    Matrix,
-    Quaternion,
-    Vector,
-    added,
-    crossed,
-    crossed_matrix,
-    quaternion_matrix,
-    quaternion_product,
-    scaled_rows,
-    times,
-    times_vector,
-    transposed,
-    transposed_times,
-    transposed_times_vector,
-    with_product,
-)
+from fsm.kernels.tensor import Matrix, Quaternion, Vector
 
 _OFFSET, _REST, _STIFFNESS, _DAMPING, _HALF_WAY, _EVEN = 14, 15, 21, 27, 33, 34
 COLUMNS_SPATIAL = _REST, _STIFFNESS
@@ -87,15 +72,15 @@ def _place(poses: np.ndarray, a: int, b: int, row: np.ndarray) -> tuple[Matrix, 
     """A_b times the joint axes; components of body a and of body b in joint axes; a, z, q; see the module docstring."""
     axes_outer = (row[10], row[11], row[12], row[13])
     turn_a = (poses[a, 3], poses[a, 4], poses[a, 5], poses[a, 6])
-    joint = quaternion_product((poses[b, 3], poses[b, 4], poses[b, 5], poses[b, 6]), axes_outer)
-    relative = quaternion_product((joint[0], -joint[1], -joint[2], -joint[3]), turn_a)
-    from_world = quaternion_matrix(joint)
-    from_a = quaternion_matrix(relative)
-    from_b = quaternion_matrix((axes_outer[0], -axes_outer[1], -axes_outer[2], -axes_outer[3]))
-    arm = times_vector(from_a, (row[0], row[1], row[2]))
+    joint = tensor.quaternion_product((poses[b, 3], poses[b, 4], poses[b, 5], poses[b, 6]), axes_outer)
+    relative = tensor.quaternion_product((joint[0], -joint[1], -joint[2], -joint[3]), turn_a)
+    from_world = tensor.quaternion_matrix(joint)
+    from_a = tensor.quaternion_matrix(relative)
+    from_b = tensor.quaternion_matrix((axes_outer[0], -axes_outer[1], -axes_outer[2], -axes_outer[3]))
+    arm = tensor.times_vector(from_a, (row[0], row[1], row[2]))
     apart = (poses[a, 0] - poses[b, 0], poses[a, 1] - poses[b, 1], poses[a, 2] - poses[b, 2])
-    d = transposed_times_vector(from_world, apart)
-    q = quaternion_product(relative, (row[6], row[7], row[8], row[9]))
+    d = tensor.transposed_times_vector(from_world, apart)
+    q = tensor.quaternion_product(relative, (row[6], row[7], row[8], row[9]))
     return from_world, from_a, from_b, arm, (d[0] + arm[0], d[1] + arm[1], d[2] + arm[2]), q
 
 
@@ -106,9 +91,9 @@ def _speeds(
     """Components of v, w_a, w_b in joint axes."""
     v = (rates[a, 0] - rates[b, 0], rates[a, 1] - rates[b, 1], rates[a, 2] - rates[b, 2])
     return (
-        transposed_times_vector(from_world, v),
-        times_vector(from_a, (rates[a, 3], rates[a, 4], rates[a, 5])),
-        times_vector(from_b, (rates[b, 3], rates[b, 4], rates[b, 5])),
+        tensor.transposed_times_vector(from_world, v),
+        tensor.times_vector(from_a, (rates[a, 3], rates[a, 4], rates[a, 5])),
+        tensor.times_vector(from_b, (rates[b, 3], rates[b, 4], rates[b, 5])),
     )
 
 
@@ -121,7 +106,7 @@ def _translation_efforts(
     if per_second != 0.0:
         r0, r1, r2 = (x0 - before[0]) * per_second, (x1 - before[1]) * per_second, (x2 - before[2]) * per_second
     else:
-        from_a, from_b = crossed(wa, arm), crossed(wb, z)
+        from_a, from_b = tensor.crossed(wa, arm), tensor.crossed(wb, z)
         r0, r1, r2 = v[0] + from_a[0] - from_b[0], v[1] + from_a[1] - from_b[1], v[2] + from_a[2] - from_b[2]
     return (
         row[_STIFFNESS] * (x0 - row[_REST]) + row[_DAMPING] * r0,
@@ -157,10 +142,10 @@ def _turned(q: Quaternion, row: np.ndarray, before: np.ndarray) -> Vector:
     past = (np.cos(0.5 * size), part * s1, 0.0, part * s3)
     if row[_HALF_WAY] != 0.0:
         twist = (np.cos(0.25 * psi), 0.0, np.sin(0.25 * psi), 0.0)
-        past = quaternion_product(quaternion_product(twist, past), twist)
+        past = tensor.quaternion_product(tensor.quaternion_product(twist, past), twist)
     else:
-        past = quaternion_product(past, (np.cos(0.5 * psi), 0.0, np.sin(0.5 * psi), 0.0))
-    d = quaternion_product(q, (past[0], -past[1], -past[2], -past[3]))
+        past = tensor.quaternion_product(past, (np.cos(0.5 * psi), 0.0, np.sin(0.5 * psi), 0.0))
+    d = tensor.quaternion_product(q, (past[0], -past[1], -past[2], -past[3]))
     sign = 1.0 if d[0] >= 0.0 else -1.0
     sine = np.sqrt(d[1] * d[1] + d[2] * d[2] + d[3] * d[3])
     part = 2.0 * sign * np.arctan2(sine, sign * d[0]) / sine if sine > 0.0 else 2.0 * sign
@@ -189,7 +174,7 @@ def _even_curvature(w: Vector, wa: Vector, wb: Vector, c: float, per_second: flo
         * per_second
         * ((1.0 - half / np.tan(half)) / square if half > 1e-2 else (1.0 + half**2 / 15.0) / (12.0 * per_second**2))
     )
-    return with_product(
+    return tensor.with_product(
         (-part * square, 0.0, 0.0, 0.0, -part * square, 0.0, 0.0, 0.0, -part * square),
         w,
         part * w[0],
@@ -210,10 +195,10 @@ def _scatter(
     a: int, b: int, force: np.ndarray,
 ) -> None:  # fmt: skip
     """Forces -e dm/dx of one element from the force f and the moment g in joint axes."""
-    push = times_vector(from_world, f)
-    turn_a, turn_b = crossed(arm, f), crossed(z, f)
-    moment_a = transposed_times_vector(from_a, (turn_a[0] + g[0], turn_a[1] + g[1], turn_a[2] + g[2]))
-    moment_b = transposed_times_vector(from_b, (turn_b[0] + g[0], turn_b[1] + g[1], turn_b[2] + g[2]))
+    push = tensor.times_vector(from_world, f)
+    turn_a, turn_b = tensor.crossed(arm, f), tensor.crossed(z, f)
+    moment_a = tensor.transposed_times_vector(from_a, (turn_a[0] + g[0], turn_a[1] + g[1], turn_a[2] + g[2]))
+    moment_b = tensor.transposed_times_vector(from_b, (turn_b[0] + g[0], turn_b[1] + g[1], turn_b[2] + g[2]))
     for j in range(3):
         force[a, j] -= push[j]
         force[b, j] += push[j]
@@ -289,10 +274,10 @@ def _add_turn(
     stiffness, damping = row[_STIFFNESS + k], row[_DAMPING + k]
     hx, hy, hz = stiffness * g[0], stiffness * g[1], stiffness * g[2]
     if damping != 0.0:
-        damped = with_product(damped, g, damping * g[0], damping * g[1], damping * g[2])
+        damped = tensor.with_product(damped, g, damping * g[0], damping * g[1], damping * g[2])
         if per_second == 0.0:
             n = turn_curvature(slopes, q, (wa[0] - wb[0], wa[1] - wb[1], wa[2] - wb[2]))
-            turned = crossed(g, (wa[0] + wb[0], wa[1] + wb[1], wa[2] + wb[2]))
+            turned = tensor.crossed(g, (wa[0] + wb[0], wa[1] + wb[1], wa[2] + wb[2]))
             hx += damping * (n[0] - 0.5 * turned[0])
             hy += damping * (n[1] - 0.5 * turned[1])
             hz += damping * (n[2] - 0.5 * turned[2])
@@ -304,7 +289,7 @@ def _add_turn(
             t[0] + m * s[0], t[1] + m * s[1], t[2] + m * s[2], t[3] + m * s[3], t[4] + m * s[4], t[5] + m * s[5],
             t[6] + m * s[6], t[7] + m * s[7], t[8] + m * s[8], t[9] + m * s[9], t[10] + m * s[10],
         ),
-        with_product(material, g, hx, hy, hz),
+        tensor.with_product(material, g, hx, hy, hz),
         damped,
     )  # fmt: skip
 
@@ -314,7 +299,9 @@ def _geometric(turn: Matrix, factor: float, g: Vector, u: Vector, w: Vector) -> 
     """M + factor [g] - u.w + u w^T."""
     m, s = turn, u[0] * w[0] + u[1] * w[1] + u[2] * w[2]
     x, y, z = factor * g[0], factor * g[1], factor * g[2]
-    return with_product((m[0] - s, m[1] - z, m[2] + y, m[3] + z, m[4] - s, m[5] - x, m[6] - y, m[7] + x, m[8] - s), u, *w)
+    return tensor.with_product(
+        (m[0] - s, m[1] - z, m[2] + y, m[3] + z, m[4] - s, m[5] - x, m[6] - y, m[7] + x, m[8] - s), u, *w
+    )
 
 
 @kernel
@@ -383,9 +370,9 @@ def linearise_pose_spatial(
             f = (given[0], given[1], given[2])
 
         # gradients of Z in the coordinates of the bodies; that by v is from_world^T
-        by_v = transposed(from_world)
-        by_a = crossed_matrix((-arm[0], -arm[1], -arm[2]), from_a)
-        by_b = crossed_matrix(z, from_b)
+        by_v = tensor.transposed(from_world)
+        by_a = tensor.crossed_matrix((-arm[0], -arm[1], -arm[2]), from_a)
+        by_b = tensor.crossed_matrix(z, from_b)
         c = (row[_DAMPING], row[_DAMPING + 1], row[_DAMPING + 2])
         damped = (
             c[0] != 0.0 or c[1] != 0.0 or c[2] != 0.0
@@ -395,45 +382,52 @@ def linearise_pose_spatial(
 
         # k G + c N
         k = (row[_STIFFNESS], row[_STIFFNESS + 1], row[_STIFFNESS + 2])
-        hv, ha, hb = scaled_rows(k, by_v), scaled_rows(k, by_a), scaled_rows(k, by_b)
+        hv, ha, hb = tensor.scaled_rows(k, by_v), tensor.scaled_rows(k, by_a), tensor.scaled_rows(k, by_b)
         if moving:
-            swept = crossed(wa, arm)
+            swept = tensor.crossed(wa, arm)
             wb_back = (-wb[0], -wb[1], -wb[2])
-            nv = crossed_matrix(wb_back, by_v)
-            na = added(crossed_matrix(wb_back, by_a), -1.0, crossed_matrix(swept, from_a))
+            nv = tensor.crossed_matrix(wb_back, by_v)
+            na = tensor.added(tensor.crossed_matrix(wb_back, by_a), -1.0, tensor.crossed_matrix(swept, from_a))
             speed = (v[0] + swept[0], v[1] + swept[1], v[2] + swept[2])
-            nb = added(crossed_matrix(wb_back, by_b), 1.0, crossed_matrix(speed, from_b))
-            hv = added(hv, 1.0, scaled_rows(c, nv))
-            ha = added(ha, 1.0, scaled_rows(c, na))
-            hb = added(hb, 1.0, scaled_rows(c, nb))
+            nb = tensor.added(tensor.crossed_matrix(wb_back, by_b), 1.0, tensor.crossed_matrix(speed, from_b))
+            hv = tensor.added(hv, 1.0, tensor.scaled_rows(c, nv))
+            ha = tensor.added(ha, 1.0, tensor.scaled_rows(c, na))
+            hb = tensor.added(hb, 1.0, tensor.scaled_rows(c, nb))
         # G^T times that, and B
         if not even:
-            turn = added(turn, 1.0, curvature_matrix(curvature, q))
+            turn = tensor.added(turn, 1.0, curvature_matrix(curvature, q))
         own_a, own_b = _geometric(turn, 0.5, bent, f, arm), _geometric(turn, -0.5, bent, z, f)
-        vv, va = times(from_world, hv), times(from_world, ha)
-        vb = times(from_world, added(hb, -1.0, crossed_matrix(f, from_b)))
-        aa = transposed_times(from_a, added(times(own_a, from_a), 1.0, crossed_matrix(arm, ha)))
-        ab = transposed_times(from_a, added(crossed_matrix(arm, hb), -1.0, times(own_a, from_b)))
-        bb = transposed_times(from_b, added(times(own_b, from_b), -1.0, crossed_matrix(z, hb)))
+        vv, va = tensor.times(from_world, hv), tensor.times(from_world, ha)
+        vb = tensor.times(from_world, tensor.added(hb, -1.0, tensor.crossed_matrix(f, from_b)))
+        aa = tensor.transposed_times(from_a, tensor.added(tensor.times(own_a, from_a), 1.0, tensor.crossed_matrix(arm, ha)))
+        ab = tensor.transposed_times(from_a, tensor.added(tensor.crossed_matrix(arm, hb), -1.0, tensor.times(own_a, from_b)))
+        bb = tensor.transposed_times(from_b, tensor.added(tensor.times(own_b, from_b), -1.0, tensor.crossed_matrix(z, hb)))
         if moving:
-            av = transposed_times(from_a, crossed_matrix(arm, hv))
-            bv = transposed_times(from_b, added(crossed_matrix(f, by_v), -1.0, crossed_matrix(z, hv)))
+            av = tensor.transposed_times(from_a, tensor.crossed_matrix(arm, hv))
+            bv = tensor.transposed_times(
+                from_b, tensor.added(tensor.crossed_matrix(f, by_v), -1.0, tensor.crossed_matrix(z, hv))
+            )
             other = _geometric(turn, -0.5, bent, arm, f)
-            ba = transposed_times(from_b, added(crossed_matrix((-z[0], -z[1], -z[2]), ha), -1.0, times(other, from_a)))
+            ba = tensor.transposed_times(
+                from_b, tensor.added(tensor.crossed_matrix((-z[0], -z[1], -z[2]), ha), -1.0, tensor.times(other, from_a))
+            )
         else:
-            av, bv, ba = transposed(va), transposed(vb), transposed(ab)
+            av, bv, ba = tensor.transposed(va), tensor.transposed(vb), tensor.transposed(ab)
         add_quarters_spatial(stiffness_flat, slots[i], vv, va, vb, av, bv, aa, ab, ba, bb)
 
         if damped:
-            ha, hb = scaled_rows(c, by_a), scaled_rows(c, by_b)
-            vv = times(from_world, scaled_rows(c, by_v))
-            va, vb = times(from_world, ha), times(from_world, hb)
-            aa = transposed_times(from_a, added(times(turn_damped, from_a), 1.0, crossed_matrix(arm, ha)))
-            turned = times(turn_damped, from_b)
-            ab = transposed_times(from_a, added(crossed_matrix(arm, hb), -1.0, turned))
-            bb = transposed_times(from_b, added(turned, -1.0, crossed_matrix(z, hb)))
+            ha, hb = tensor.scaled_rows(c, by_a), tensor.scaled_rows(c, by_b)
+            vv = tensor.times(from_world, tensor.scaled_rows(c, by_v))
+            va, vb = tensor.times(from_world, ha), tensor.times(from_world, hb)
+            aa = tensor.transposed_times(
+                from_a, tensor.added(tensor.times(turn_damped, from_a), 1.0, tensor.crossed_matrix(arm, ha))
+            )
+            turned = tensor.times(turn_damped, from_b)
+            ab = tensor.transposed_times(from_a, tensor.added(tensor.crossed_matrix(arm, hb), -1.0, turned))
+            bb = tensor.transposed_times(from_b, tensor.added(turned, -1.0, tensor.crossed_matrix(z, hb)))
             add_quarters_spatial(
-                damping_flat, slots[i], vv, va, vb, transposed(va), transposed(vb), aa, ab, transposed(ab), bb
+                damping_flat, slots[i], vv, va, vb, tensor.transposed(va), tensor.transposed(vb), aa, ab,
+                tensor.transposed(ab), bb
             )
 
 
@@ -449,7 +443,7 @@ def _measure_all(
     """
     from_world, from_a, from_b, arm, z, q = _place(poses, a, b, row)
     v, wa, wb = _speeds(rates, a, b, from_world, from_a, from_b)
-    turn_a, turn_b = crossed(wa, arm), crossed(wb, z)
+    turn_a, turn_b = tensor.crossed(wa, arm), tensor.crossed(wb, z)
     w = (wa[0] - wb[0], wa[1] - wb[1], wa[2] - wb[2])
     for k in range(3):
         value[k], change[k] = z[k] - row[3 + k], v[k] + turn_a[k] - turn_b[k]

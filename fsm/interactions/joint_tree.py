@@ -16,17 +16,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fsm.kernels import tensor
 from fsm.kernels.jit import kernel
-from fsm.kernels.tensor import (
-    Matrix,
-    Quaternion,
-    Vector,
-    crossed,
-    quaternion_matrix,
-    quaternion_product,
-    times_vector,
-    transposed_times_vector,
-)
+from fsm.kernels.tensor import Matrix, Quaternion, Vector
 
 PARENT, CHILD, SLIDES, TURNS, FIRST_COORDINATE, FIRST_RATE, RATES, INSIDE = range(8)
 """Columns of `JointTree.links`: both bodies (the parent is -1 for the inertial frame and for bodies that stand still),
@@ -164,13 +156,13 @@ def refer(tree: JointTree, poses: np.ndarray, rates: np.ndarray, y: np.ndarray, 
     for i in range(tree.links.shape[0]):
         link, axes, child = tree.links[i], tree.axes[i], tree.links[i, CHILD]
         r, p = _parent_pose(tree, i, poses)
-        frame, first = quaternion_matrix(_four(poses[child], 3)), quaternion_matrix(p)
+        frame, first = tensor.quaternion_matrix(_four(poses[child], 3)), tensor.quaternion_matrix(p)
         if link[INSIDE] == 1:
-            there = _plus(r, 1.0, times_vector(first, _three(axes, SECOND_TURN)))
-            _put(transposed_times_vector(frame, _plus(there, -1.0, _three(poses[child], 0))), axes, POINT)
-        apart = _plus(_plus(_three(poses[child], 0), 1.0, times_vector(frame, _three(axes, POINT))), -1.0, r)
-        _put(transposed_times_vector(first, apart), tree.reference[i], 0)
-        own = quaternion_product(_conjugate(p), _four(poses[child], 3))
+            there = _plus(r, 1.0, tensor.times_vector(first, _three(axes, SECOND_TURN)))
+            _put(tensor.transposed_times_vector(frame, _plus(there, -1.0, _three(poses[child], 0))), axes, POINT)
+        apart = _plus(_plus(_three(poses[child], 0), 1.0, tensor.times_vector(frame, _three(axes, POINT))), -1.0, r)
+        _put(tensor.transposed_times_vector(first, apart), tree.reference[i], 0)
+        own = tensor.quaternion_product(_conjugate(p), _four(poses[child], 3))
         for k in range(4):
             tree.reference[i, 3 + k] = own[k]
         at = link[FIRST_COORDINATE]
@@ -189,30 +181,33 @@ def _rates_of(tree: JointTree, i: int, poses: np.ndarray, rates: np.ndarray, v: 
     """Write the rates of a link nearest to those of its second body."""
     link, axes, child = tree.links[i], tree.axes[i], tree.links[i, CHILD]
     (r, p), (velocity, omega) = _parent_pose(tree, i, poses), _parent_rates(tree, i, rates)
-    frame, first = quaternion_matrix(_four(poses[child], 3)), quaternion_matrix(p)
-    relative = _plus(times_vector(frame, _three(rates[child], 3)), -1.0, omega)
+    frame, first = tensor.quaternion_matrix(_four(poses[child], 3)), tensor.quaternion_matrix(p)
+    relative = _plus(tensor.times_vector(frame, _three(rates[child], 3)), -1.0, omega)
     at, turns = link[FIRST_RATE], link[SLIDES]
     spin = omega
     if link[TURNS] == 3:
-        own = transposed_times_vector(frame, relative)
+        own = tensor.transposed_times_vector(frame, relative)
         _put(own, v, at + turns)
         spin = _plus(omega, 1.0, relative)
     elif link[TURNS] > 0:
-        n = times_vector(first, _three(axes, FIRST_TURN))
+        n = tensor.times_vector(first, _three(axes, FIRST_TURN))
         if link[TURNS] == 1:
             v[at + turns] = _dot(n, relative)
         else:
-            m = times_vector(frame, _three(axes, SECOND_TURN))
+            m = tensor.times_vector(frame, _three(axes, SECOND_TURN))
             both, one, two = _dot(n, m), _dot(n, relative), _dot(m, relative)
             v[at + turns] = (one - both * two) / (1.0 - both * both)
             v[at + turns + 1] = (two - both * one) / (1.0 - both * both)
             spin = _plus(spin, v[at + turns + 1], m)
         spin = _plus(spin, v[at + turns], n)
-    arm = times_vector(frame, _three(axes, POINT))
+    arm = tensor.times_vector(frame, _three(axes, POINT))
     apart = _plus(_plus(_three(poses[child], 0), 1.0, arm), -1.0, r)
-    left = _plus(_plus(_three(rates[child], 0), 1.0, crossed(spin, arm)), -1.0, _plus(velocity, 1.0, crossed(omega, apart)))
+    left = _plus(
+        _plus(_three(rates[child], 0), 1.0, tensor.crossed(spin, arm)), -1.0,
+        _plus(velocity, 1.0, tensor.crossed(omega, apart))
+    )
     for k in range(link[SLIDES]):
-        v[at + k] = _dot(times_vector(frame if link[INSIDE] == 1 else first, _three(axes, SLIDE + 3 * k)), left)
+        v[at + k] = _dot(tensor.times_vector(frame if link[INSIDE] == 1 else first, _three(axes, SLIDE + 3 * k)), left)
 
 
 @kernel(inline=True)
@@ -228,19 +223,19 @@ def place_link(tree: JointTree, i: int, y: np.ndarray, v: np.ndarray, poses: np.
     link, axes, child, rows, bias = tree.links[i], tree.axes[i], tree.links[i, CHILD], tree.rows[i], tree.bias[i]
     (r, p), (velocity, omega) = _parent_pose(tree, i, poses), _parent_rates(tree, i, rates)
     at, of, slides = link[FIRST_COORDINATE], link[FIRST_RATE], link[SLIDES]
-    n, first, turn = (0.0, 0.0, 0.0), quaternion_matrix(p), _four(tree.reference[i], 3)
+    n, first, turn = (0.0, 0.0, 0.0), tensor.quaternion_matrix(p), _four(tree.reference[i], 3)
     if link[TURNS] == 3:
         turn = _unit(_four(y, at + slides))
     elif link[TURNS] > 0:
         axis = _three(axes, FIRST_TURN)
-        turn = quaternion_product(_turn(axis, y[at + slides]), turn)
-        n = times_vector(first, axis)
+        turn = tensor.quaternion_product(_turn(axis, y[at + slides]), turn)
+        n = tensor.times_vector(first, axis)
         if link[TURNS] == 2:
-            turn = quaternion_product(turn, _turn(_three(axes, SECOND_TURN), y[at + slides + 1]))
-    own = quaternion_product(p, turn)
+            turn = tensor.quaternion_product(turn, _turn(_three(axes, SECOND_TURN), y[at + slides + 1]))
+    own = tensor.quaternion_product(p, turn)
     for k in range(4):
         poses[child, 3 + k] = own[k]
-    frame = quaternion_matrix(own)
+    frame = tensor.quaternion_matrix(own)
     point, end, slid, inside = _three(tree.reference[i], 0), _three(axes, POINT), (0.0, 0.0, 0.0), link[INSIDE] == 1
     for k in range(slides):
         axis = _three(axes, SLIDE + 3 * k)
@@ -248,12 +243,12 @@ def place_link(tree: JointTree, i: int, y: np.ndarray, v: np.ndarray, poses: np.
             end = _plus(end, -y[at + k], axis)
         else:
             point = _plus(point, y[at + k], axis)
-        along = times_vector(frame if inside else first, axis)
+        along = tensor.times_vector(frame if inside else first, axis)
         slid = _plus(slid, v[of + k], along)
         _put(along, rows[k], 0)
         rows[k, 3:] = 0.0
-    arm = times_vector(frame, end)
-    apart = times_vector(first, point)
+    arm = tensor.times_vector(frame, end)
+    apart = tensor.times_vector(first, point)
     back = (-arm[0], -arm[1], -arm[2])
     between = _plus(apart, 1.0, back)
     _put(_plus(r, 1.0, between), poses[child], 0)
@@ -263,27 +258,35 @@ def place_link(tree: JointTree, i: int, y: np.ndarray, v: np.ndarray, poses: np.
     if link[TURNS] == 3:
         for k in range(3):
             axis = (frame[k], frame[3 + k], frame[6 + k])
-            _put(crossed(axis, back), rows[slides + k], 0)
+            _put(tensor.crossed(axis, back), rows[slides + k], 0)
             _put(axis, rows[slides + k], 3)
             spin = _plus(spin, v[of + slides + k], axis)
-        turned = crossed(omega, spin)
+        turned = tensor.crossed(omega, spin)
     elif link[TURNS] > 0:
         spin = _plus(spin, v[of + slides], n)
-        turned = crossed(omega, spin)
-        _put(crossed(n, back), rows[slides], 0)
+        turned = tensor.crossed(omega, spin)
+        _put(tensor.crossed(n, back), rows[slides], 0)
         _put(n, rows[slides], 3)
         if link[TURNS] == 2:
-            m = times_vector(frame, _three(axes, SECOND_TURN))
-            turned = _plus(turned, v[of + slides + 1], crossed(spin, m))
+            m = tensor.times_vector(frame, _three(axes, SECOND_TURN))
+            turned = _plus(turned, v[of + slides + 1], tensor.crossed(spin, m))
             spin = _plus(spin, v[of + slides + 1], m)
-            _put(crossed(m, back), rows[slides + 1], 0)
+            _put(tensor.crossed(m, back), rows[slides + 1], 0)
             _put(m, rows[slides + 1], 3)
-    centripetal = _plus(crossed(omega, crossed(omega, apart)), 2.0, crossed(spin if inside else omega, slid))
-    _put(_plus(_plus(centripetal, 1.0, crossed(turned, back)), 1.0, crossed(spin, crossed(spin, back))), bias, 0)
+    centripetal = _plus(
+        tensor.crossed(omega, tensor.crossed(omega, apart)), 2.0, tensor.crossed(spin if inside else omega, slid)
+    )
+    _put(
+        _plus(_plus(centripetal, 1.0, tensor.crossed(turned, back)), 1.0, tensor.crossed(spin, tensor.crossed(spin, back))),
+        bias, 0
+    )
     _put(turned, bias, 3)
     _put(spin, tree.spin[child], 0)
-    _put(_plus(_plus(velocity, 1.0, crossed(omega, apart)), 1.0, _plus(slid, 1.0, crossed(spin, back))), rates[child], 0)
-    _put(transposed_times_vector(frame, spin), rates[child], 3)
+    _put(
+        _plus(_plus(velocity, 1.0, tensor.crossed(omega, apart)), 1.0, _plus(slid, 1.0, tensor.crossed(spin, back))),
+        rates[child], 0
+    )
+    _put(tensor.transposed_times_vector(frame, spin), rates[child], 3)
 
 
 @kernel
@@ -312,7 +315,9 @@ def coordinate_rates(tree: JointTree, y: np.ndarray, v: np.ndarray, out: np.ndar
         if link[TURNS] < 3:
             simple += link[TURNS]
         else:
-            rate = quaternion_product(_four(y, at + simple), (0.0, v[of + simple], v[of + simple + 1], v[of + simple + 2]))
+            rate = tensor.quaternion_product(
+                _four(y, at + simple), (0.0, v[of + simple], v[of + simple + 1], v[of + simple + 2])
+            )
             for k in range(4):
                 out[at + simple + k] = 0.5 * rate[k]
         for k in range(simple):
@@ -333,7 +338,7 @@ def with_unit_turns(tree: JointTree, y: np.ndarray) -> None:
 @kernel
 def _own_inertia(pose: np.ndarray, inertia: np.ndarray, out: np.ndarray) -> Matrix:
     """Write the inertia (6, 6) of a body in inertial axes; returns its axes."""
-    frame = quaternion_matrix(_four(pose, 3))
+    frame = tensor.quaternion_matrix(_four(pose, 3))
     for i in range(3):
         for j in range(3):
             out[i, j] = out[i, 3 + j] = out[3 + i, j] = 0.0
@@ -369,7 +374,7 @@ def _invert(a: np.ndarray, n: int, own: np.ndarray) -> bool:
 @kernel
 def _pass_on(inertia: np.ndarray, force: np.ndarray, apart: Vector, inertia_on: np.ndarray, force_on: np.ndarray) -> None:
     """Add inertia and force of a link, at its second body, to those of its first body; changes the inertia."""
-    moment = crossed(apart, _three(force, 0))
+    moment = tensor.crossed(apart, _three(force, 0))
     for k in range(3):
         force_on[k] += force[k]
         force_on[3 + k] += force[3 + k] + moment[k]
@@ -412,7 +417,7 @@ def accelerate(tree: JointTree, poses: np.ndarray, masses: np.ndarray, forces: n
         body = links[i, CHILD]
         frame = _own_inertia(poses[body], masses[body], tree.inertia[body])
         _put(_three(forces[body], 0), tree.force[body], 0)
-        _put(times_vector(frame, _three(forces[body], 3)), tree.force[body], 3)
+        _put(tensor.times_vector(frame, _three(forces[body], 3)), tree.force[body], 3)
     left, on = tree.left[:6], tree.left[6]
     for i in range(count - 1, -1, -1):
         body, parent, n = links[i, CHILD], links[i, PARENT], links[i, RATES]
@@ -459,7 +464,7 @@ def accelerate(tree: JointTree, poses: np.ndarray, masses: np.ndarray, forces: n
             a[k] = tree.bias[i, k]
         if parent >= 0:
             before = tree.acceleration[parent]
-            carried = crossed(_three(before, 3), _three(tree.between[i], 0))
+            carried = tensor.crossed(_three(before, 3), _three(tree.between[i], 0))
             for k in range(3):
                 a[k] += before[k] + carried[k]
                 a[3 + k] += before[3 + k]
@@ -487,13 +492,13 @@ def spread(tree: JointTree, poses: np.ndarray, y: np.ndarray, small: np.ndarray,
         moved[:] = 0.0
         if link[PARENT] >= 0:
             before = tree.acceleration[link[PARENT]]
-            carried = crossed(_three(before, 3), _three(tree.between[i], 0))
+            carried = tensor.crossed(_three(before, 3), _three(tree.between[i], 0))
             for k in range(3):
                 moved[k], moved[3 + k] = before[k] + carried[k], before[3 + k]
         at, simple = link[FIRST_COORDINATE] if turns else link[FIRST_RATE], link[RATES]
         if turns and link[TURNS] == 3:
             simple = link[SLIDES]
-            own = quaternion_product(_conjugate(_four(y, at + simple)), _four(small, at + simple))
+            own = tensor.quaternion_product(_conjugate(_four(y, at + simple)), _four(small, at + simple))
             for k in range(3):
                 for a in range(6):
                     moved[a] += 2.0 * own[1 + k] * tree.rows[i, simple + k, a]
@@ -503,5 +508,5 @@ def spread(tree: JointTree, poses: np.ndarray, y: np.ndarray, small: np.ndarray,
     for i in range(tree.links.shape[0]):
         body = tree.links[i, CHILD]
         _put(_three(tree.acceleration[body], 0), out[body], 0)
-        frame = quaternion_matrix(_four(poses[body], 3))
-        _put(transposed_times_vector(frame, _three(tree.acceleration[body], 3)), out[body], 3)
+        frame = tensor.quaternion_matrix(_four(poses[body], 3))
+        _put(tensor.transposed_times_vector(frame, _three(tree.acceleration[body], 3)), out[body], 3)

@@ -18,16 +18,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsm.kernels import tensor
 from fsm.kernels.jit import kernel
-from fsm.kernels.tensor import (
-    Matrix,
-    Vector,
-    crossed,
-    quaternion_matrix,
-    times_vector,
-    transposed_times,
-    transposed_times_vector,
-)
+from fsm.kernels.tensor import Matrix, Vector
 
 ALONG, ACROSS, DISTANCE, TURN, LENGTH, SCREW = range(6)
 """Kinds of openings."""
@@ -68,7 +61,7 @@ def _turn_each(s: Vector, m: Matrix, v: Vector, factor: float, hessian: np.ndarr
     """Add -factor [s] M [v] at (row, column), and its transpose at (column, row); [s] v = s x v."""
     for j in range(3):
         unit = (1.0 if j == 0 else 0.0, 1.0 if j == 1 else 0.0, 1.0 if j == 2 else 0.0)
-        found = crossed(s, times_vector(m, crossed(v, unit)))
+        found = tensor.crossed(s, tensor.times_vector(m, tensor.crossed(v, unit)))
         for i in range(3):
             hessian[row + i, column + j] -= factor * found[i]
             hessian[column + j, row + i] -= factor * found[i]
@@ -79,7 +72,7 @@ def _shift_and_turn(m: Matrix, v: Vector, factor: float, hessian: np.ndarray, ro
     """Add factor M [v] at (row, column) and its transpose at (column, row)."""
     for j in range(3):
         unit = (1.0 if j == 0 else 0.0, 1.0 if j == 1 else 0.0, 1.0 if j == 2 else 0.0)
-        found = times_vector(m, crossed(v, unit))
+        found = tensor.times_vector(m, tensor.crossed(v, unit))
         for i in range(3):
             hessian[row + i, column + j] += factor * found[i]
             hessian[column + j, row + i] += factor * found[i]
@@ -136,16 +129,16 @@ def bend(kind: int, first: np.ndarray, second: np.ndarray, constants: np.ndarray
     if kind == SCREW:
         along = np.zeros(CONSTANTS)
         across = (constants[7], constants[8], constants[9])
-        _put(crossed((constants[0], constants[1], constants[2]), across), along, 0)
+        _put(tensor.crossed((constants[0], constants[1], constants[2]), across), along, 0)
         along[3:6], along[6] = constants[10:13], constants[6]
         moved = _two_rates(ALONG, first, second, along, rates)[2]
         return moved - constants[13] * _bend_of_angle(first, second, constants, rates)
     a, b = _turns_of(first, second)
     way, speed, bent = _moves(first, second, constants, rates, a, b)
-    arm = times_vector(a, (constants[0], constants[1], constants[2]))
-    spin = times_vector(a, (rates[3], rates[4], rates[5]))
-    swung = crossed(spin, arm)
-    way, speed, bent = _less(way, arm), _less(speed, swung), _less(bent, crossed(spin, swung))
+    arm = tensor.times_vector(a, (constants[0], constants[1], constants[2]))
+    spin = tensor.times_vector(a, (rates[3], rates[4], rates[5]))
+    swung = tensor.crossed(spin, arm)
+    way, speed, bent = _less(way, arm), _less(speed, swung), _less(bent, tensor.crossed(spin, swung))
     length = constants[6] if kind == DISTANCE else np.sqrt(_dot(way, way))
     if not length > 0.0:
         return 0.0
@@ -162,8 +155,8 @@ def _less(u: Vector, v: Vector) -> Vector:
 def _turns_of(first: np.ndarray, second: np.ndarray) -> tuple[Matrix, Matrix]:
     """Rotations of both bodies."""
     return (
-        quaternion_matrix((first[3], first[4], first[5], first[6])),
-        quaternion_matrix((second[3], second[4], second[5], second[6])),
+        tensor.quaternion_matrix((first[3], first[4], first[5], first[6])),
+        tensor.quaternion_matrix((second[3], second[4], second[5], second[6])),
     )
 
 
@@ -172,13 +165,13 @@ def _moves(
     first: np.ndarray, second: np.ndarray, constants: np.ndarray, rates: np.ndarray, a: Matrix, b: Matrix
 ) -> tuple[Vector, Vector, Vector]:
     """Vector from the place of the first body to the point of the second, with its two derivatives in time."""
-    arm = times_vector(b, (constants[3], constants[4], constants[5]))
-    spin = times_vector(b, (rates[9], rates[10], rates[11]))
-    swung = crossed(spin, arm)
+    arm = tensor.times_vector(b, (constants[3], constants[4], constants[5]))
+    spin = tensor.times_vector(b, (rates[9], rates[10], rates[11]))
+    swung = tensor.crossed(spin, arm)
     return (
         (second[0] - first[0] + arm[0], second[1] - first[1] + arm[1], second[2] - first[2] + arm[2]),
         (rates[6] - rates[0] + swung[0], rates[7] - rates[1] + swung[1], rates[8] - rates[2] + swung[2]),
-        crossed(spin, swung),
+        tensor.crossed(spin, swung),
     )
 
 
@@ -188,19 +181,19 @@ def _two_rates(
 ) -> tuple[float, float, float]:
     """`ALONG` or `ACROSS` without the constant c, and its two derivatives in time at constant rates."""
     a, b = _turns_of(first, second)
-    axis = times_vector(a, (constants[0], constants[1], constants[2]))
-    spin = times_vector(a, (rates[3], rates[4], rates[5]))
-    turned = crossed(spin, axis)
+    axis = tensor.times_vector(a, (constants[0], constants[1], constants[2]))
+    spin = tensor.times_vector(a, (rates[3], rates[4], rates[5]))
+    turned = tensor.crossed(spin, axis)
     if kind == ALONG:
         way, speed, bent = _moves(first, second, constants, rates, a, b)
     else:
-        way = times_vector(b, (constants[3], constants[4], constants[5]))
-        other = times_vector(b, (rates[9], rates[10], rates[11]))
-        speed = crossed(other, way)
-        bent = crossed(other, speed)
+        way = tensor.times_vector(b, (constants[3], constants[4], constants[5]))
+        other = tensor.times_vector(b, (rates[9], rates[10], rates[11]))
+        speed = tensor.crossed(other, way)
+        bent = tensor.crossed(other, speed)
     return (
         _dot(axis, way), _dot(turned, way) + _dot(axis, speed),
-        _dot(crossed(spin, turned), way) + 2.0 * _dot(turned, speed) + _dot(axis, bent),
+        _dot(tensor.crossed(spin, turned), way) + 2.0 * _dot(turned, speed) + _dot(axis, bent),
     )  # fmt: skip
 
 
@@ -246,12 +239,12 @@ def _angle_and_gradient(
     own, across = (constants[0], constants[1], constants[2]), (constants[7], constants[8], constants[9])
     other = (constants[3], constants[4], constants[5])
     a, b = _turns_of(first, second)
-    arm, axis, beside = times_vector(b, other), times_vector(a, own), times_vector(a, across)
+    arm, axis, beside = tensor.times_vector(b, other), tensor.times_vector(a, own), tensor.times_vector(a, across)
     z, y = _dot(axis, arm), _dot(beside, arm)
     by_z, by_y = -y / (y * y + z * z), z / (y * y + z * z)
-    seen, back = transposed_times_vector(a, arm), transposed_times_vector(b, axis)
-    z_first, z_second = crossed(own, seen), crossed(other, back)
-    y_first, y_second = crossed(across, seen), crossed(other, transposed_times_vector(b, beside))
+    seen, back = tensor.transposed_times_vector(a, arm), tensor.transposed_times_vector(b, axis)
+    z_first, z_second = tensor.crossed(own, seen), tensor.crossed(other, back)
+    y_first, y_second = tensor.crossed(across, seen), tensor.crossed(other, tensor.transposed_times_vector(b, beside))
     for k in range(3):
         gradient[k] = gradient[6 + k] = 0.0
         gradient[3 + k] = by_z * z_first[k] + by_y * y_first[k]
@@ -270,7 +263,7 @@ def _screw(
     turn[6] = 0.0
     across = (constants[7], constants[8], constants[9])
     point = (constants[10], constants[11], constants[12])
-    _put(crossed((constants[0], constants[1], constants[2]), across), along, 0)
+    _put(tensor.crossed((constants[0], constants[1], constants[2]), across), along, 0)
     _put(point, along, 3)
     along[6] = constants[6]
     x, lead = _difference(ALONG, first, second, along, beyond, gradient, hessian), constants[13]
@@ -295,40 +288,40 @@ def _difference(
         hessian[:] = 0.0
     own = (constants[0], constants[1], constants[2])
     other = (constants[3], constants[4], constants[5])
-    a = quaternion_matrix((first[3], first[4], first[5], first[6]))
-    b = quaternion_matrix((second[3], second[4], second[5], second[6]))
+    a = tensor.quaternion_matrix((first[3], first[4], first[5], first[6]))
+    b = tensor.quaternion_matrix((second[3], second[4], second[5], second[6]))
     between = (second[0] - first[0], second[1] - first[1], second[2] - first[2])
-    axis, arm = times_vector(a, own), times_vector(b, other)
+    axis, arm = tensor.times_vector(a, own), tensor.times_vector(b, other)
     if kind == ACROSS:
-        seen, back = transposed_times_vector(a, arm), transposed_times_vector(b, axis)
+        seen, back = tensor.transposed_times_vector(a, arm), tensor.transposed_times_vector(b, axis)
         for k in range(3):
             gradient[k] = gradient[6 + k] = 0.0
-        _put(crossed(own, seen), gradient, 3)
-        _put(crossed(other, back), gradient, 9)
+        _put(tensor.crossed(own, seen), gradient, 3)
+        _put(tensor.crossed(other, back), gradient, 9)
         if bends:
             _turn_twice(seen, own, 1.0, hessian, 3)
             _turn_twice(back, other, 1.0, hessian, 9)
-            _turn_each(own, transposed_times(a, b), other, 1.0, hessian, 3, 9)
+            _turn_each(own, tensor.transposed_times(a, b), other, 1.0, hessian, 3, 9)
         return _resolved(_dot(axis, arm) - constants[6] - beyond, 1.0 + abs(beyond))
     reach = (between[0] + arm[0], between[1] + arm[1], between[2] + arm[2])
     if kind == ALONG:
-        seen, back = transposed_times_vector(a, reach), transposed_times_vector(b, axis)
+        seen, back = tensor.transposed_times_vector(a, reach), tensor.transposed_times_vector(b, axis)
         _put(_minus(axis), gradient, 0)
-        _put(crossed(own, seen), gradient, 3)
+        _put(tensor.crossed(own, seen), gradient, 3)
         _put(axis, gradient, 6)
-        _put(crossed(other, back), gradient, 9)
+        _put(tensor.crossed(other, back), gradient, 9)
         if bends:
             _turn_twice(seen, own, 1.0, hessian, 3)
             _turn_twice(back, other, 1.0, hessian, 9)
-            _turn_each(own, transposed_times(a, b), other, 1.0, hessian, 3, 9)
+            _turn_each(own, tensor.transposed_times(a, b), other, 1.0, hessian, 3, 9)
             _shift_and_turn(a, own, 1.0, hessian, 0, 3)
             _shift_and_turn(a, own, -1.0, hessian, 6, 3)
         return _resolved(_dot(axis, reach) - constants[6] - beyond, _size(first, second, reach) + abs(beyond))
     way = (reach[0] - axis[0], reach[1] - axis[1], reach[2] - axis[2])
     length = constants[6] if kind == DISTANCE else np.sqrt(_dot(way, way))
     each = 1.0 / length if length > 0.0 else 0.0
-    seen, back = transposed_times_vector(a, way), transposed_times_vector(b, way)
-    of_first, of_second = crossed(own, seen), crossed(other, back)
+    seen, back = tensor.transposed_times_vector(a, way), tensor.transposed_times_vector(b, way)
+    of_first, of_second = tensor.crossed(own, seen), tensor.crossed(other, back)
     for k in range(3):
         gradient[k], gradient[3 + k] = -way[k] * each, -of_first[k] * each
         gradient[6 + k], gradient[9 + k] = way[k] * each, of_second[k] * each
@@ -355,7 +348,7 @@ def _bend_distance(
     _shift_and_turn(a, own, each, hessian, 6, 3)
     _shift_and_turn(b, other, each, hessian, 0, 9)
     _shift_and_turn(b, other, -each, hessian, 6, 9)
-    _turn_each(own, transposed_times(a, b), other, -each, hessian, 3, 9)
+    _turn_each(own, tensor.transposed_times(a, b), other, -each, hessian, 3, 9)
     _turn_twice(seen, own, -each, hessian, 3)
     _turn_twice(back, other, each, hessian, 9)
     _squares(own, each, hessian, 3)

@@ -6,16 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fsm.kernels import block_lu
 from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d, put_array
-from fsm.kernels.block_lu import (
-    MAX_ERROR,
-    REFINE_ABOVE,
-    SYMMETRY_TOLERANCE,
-    factorise,
-    is_symmetric,
-    multiply_blocks,
-    solve_refined,
-)
 from fsm.kernels.blocks import BlockPattern, Elimination
 from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import call_at, pointers_to
@@ -78,7 +70,7 @@ def equation_kernels(
     """Pointers to the kernels for arrays of these types, and the table of a part of low rank."""
     filled = p.filled_rows, p.filled_columns, p.filled_diagonal
     solving = p.order, *filled, factors, p.rows, p.columns, matrix, right, 0.0, True, True
-    wanted = (factorise, matrix, p.place, *filled, True, factors), (solve_refined, *solving)
+    wanted = (block_lu.factorise, matrix, p.place, *filled, True, factors), (block_lu.solve_refined, *solving)
     found: Any = pointers_to(wanted)
     return EquationKernels(found[0], found[1], NO_LOW_RANK if low_rank is None else low_rank)
 
@@ -131,7 +123,7 @@ def set_factors(
             return True
         flags[FAILED] = 1
         return False
-    symmetric = is_symmetric(matrix, p.rows, p.columns, p.transposed, SYMMETRY_TOLERANCE)
+    symmetric = block_lu.is_symmetric(matrix, p.rows, p.columns, p.transposed, block_lu.SYMMETRY_TOLERANCE)
     flags[SYMMETRIC], flags[TRUSTED] = 1 if symmetric else 0, 0
     failed = by.factorise(matrix, p.place, p.filled_rows, p.filled_columns, p.filled_diagonal, symmetric, factors)
     if failed >= 0:
@@ -151,9 +143,9 @@ def solution(
         return x
     x, error, doubtful = by.solve(
         p.order, p.filled_rows, p.filled_columns, p.filled_diagonal, factors, p.rows, p.columns, matrix, right,
-        REFINE_ABOVE, flags[SYMMETRIC] == 1, flags[TRUSTED] == 1,
+        block_lu.REFINE_ABOVE, flags[SYMMETRIC] == 1, flags[TRUSTED] == 1,
     )  # fmt: skip
-    if not error <= MAX_ERROR:
+    if not error <= block_lu.MAX_ERROR:
         flags[FAILED] = 1
     flags[TRUSTED] = 0 if doubtful else 1
     return x
@@ -179,7 +171,7 @@ def stiffness_times(
     by: EquationKernels, p: Pattern, stiffness: np.ndarray, flags: np.ndarray, vector: np.ndarray
 ) -> np.ndarray:
     """Product (n,) of a stiffness, with its part of low rank, and a vector (n,)."""
-    out = multiply_blocks(p.rows, p.columns, stiffness, vector)
+    out = block_lu.multiply_blocks(p.rows, p.columns, stiffness, vector)
     if by.low_rank.shape[0] > 0:
         more = vector.copy()
         do_low_rank(by.low_rank, TIMES, p, stiffness, stiffness, flags, more)

@@ -15,18 +15,8 @@ import math
 
 import numpy as np
 
+from fsm.kernels import small_blocks as small
 from fsm.kernels.jit import kernel
-from fsm.kernels.small_blocks import (
-    add_product,
-    is_zero,
-    negative_eigenvalues,
-    sign_of_row,
-    split,
-    split_symmetric,
-    subtract_product,
-    subtract_terms,
-    subtract_transposed,
-)
 
 REFINE_ABOVE = 1e-10
 """Backward error above which a solution is refined."""
@@ -185,7 +175,7 @@ def is_symmetric(
     for i in range(count):
         for k in range(indptr[i], indptr[i + 1]):
             other, j = transposed[k], indices[k]
-            if j < i or (is_zero(data[k]) and is_zero(data[other])):
+            if j < i or (small.is_zero(data[k]) and small.is_zero(data[other])):
                 continue
             bound = tolerance * max(_largest(data[k]), math.sqrt(own[i] * own[j]))
             for a in range(size):
@@ -238,7 +228,7 @@ def factorise(
     factors[:] = 0.0
     used = np.zeros(filled, dtype=np.bool_)
     for k in range(data.shape[0]):
-        if not is_zero(data[k]):
+        if not small.is_zero(data[k]):
             used[place[k]] = True
             for a in range(size):
                 for b in range(size):
@@ -270,12 +260,12 @@ def factorise(
                 if used[m]:
                     target = where[indices[m]]
                     used[target] = True
-                    subtract_product(factors[target], work, factors[m])
+                    small.subtract_product(factors[target], work, factors[m])
         left, right = factors[diagonal[i]], factors[filled + i]
-        if not (split_symmetric(left, right, work) if symmetric else split(left, right, work)):
+        if not (small.split_symmetric(left, right, work) if symmetric else small.split(left, right, work)):
             return i
         for a in range(size):
-            signs[i, a] = sign_of_row(left, right, a) if symmetric else 1.0
+            signs[i, a] = small.sign_of_row(left, right, a) if symmetric else 1.0
         for m in range(diagonal[i] + 1, indptr[i + 1]):
             if used[m]:
                 _multiply(left, factors[m], work, factors[m])
@@ -289,7 +279,7 @@ def _multiply(a: np.ndarray, b: np.ndarray, work: np.ndarray, out: np.ndarray) -
     for i in range(size):
         for j in range(size):
             work[i, j] = 0.0
-    subtract_product(work, a, b)
+    small.subtract_product(work, a, b)
     for i in range(size):
         for j in range(size):
             out[i, j] = -work[i, j]
@@ -301,7 +291,7 @@ def count_negative(diagonal: np.ndarray, factors: np.ndarray) -> int:
     total, filled = 0, factors.shape[0] - diagonal.shape[0]
     for i in range(diagonal.shape[0]):
         for a in range(factors.shape[1]):
-            if sign_of_row(factors[diagonal[i]], factors[filled + i], a) < 0.0:
+            if small.sign_of_row(factors[diagonal[i]], factors[filled + i], a) < 0.0:
                 total += 1
     return total
 
@@ -314,7 +304,7 @@ def count_negative_parts(diagonal: np.ndarray, factors: np.ndarray) -> int:
     left, right = np.empty((size, size)), np.empty((size, size))
     for i in range(diagonal.shape[0]):
         _multiply(factors[filled + i], factors[diagonal[i]], work, inverse)
-        total += negative_eigenvalues(inverse, left, right, work)
+        total += small.negative_eigenvalues(inverse, left, right, work)
     return total
 
 
@@ -341,7 +331,7 @@ def _solve_factorised(
             for a in range(size):
                 for b in range(size):
                     total[a] -= factors[k, a, b] * y[j, b]
-        add_product(y[i], factors[diagonal[i]], total)
+        small.add_product(y[i], factors[diagonal[i]], total)
     for i in range(count - 1, -1, -1):
         for k in range(diagonal[i] + 1, indptr[i + 1]):
             j = indices[k]
@@ -350,7 +340,7 @@ def _solve_factorised(
                     y[i, a] -= factors[k, a, b] * y[j, b]
         for a in range(size):
             total[a] = 0.0
-        add_product(total, factors[filled + i], y[i])
+        small.add_product(total, factors[filled + i], y[i])
         for a in range(size):
             y[i, a] = total[a]
             x[order[i] * size + a] = total[a]
@@ -377,21 +367,21 @@ def _solve_symmetric(
     for i in range(count):
         for a in range(size):
             total[a] = 0.0
-        add_product(total, factors[diagonal[i]], y[i])
+        small.add_product(total, factors[diagonal[i]], y[i])
         for a in range(size):
             y[i, a] = total[a]
-            total[a] *= sign_of_row(factors[diagonal[i]], factors[filled + i], a)
+            total[a] *= small.sign_of_row(factors[diagonal[i]], factors[filled + i], a)
         for k in range(diagonal[i] + 1, indptr[i + 1]):
-            subtract_transposed(y[indices[k]], factors[k], total)
+            small.subtract_transposed(y[indices[k]], factors[k], total)
     for i in range(count - 1, -1, -1):
         for a in range(size):
             total[a] = 0.0
         for k in range(diagonal[i] + 1, indptr[i + 1]):
-            add_product(total, factors[k], y[indices[k]])
+            small.add_product(total, factors[k], y[indices[k]])
         for a in range(size):
             y[i, a] -= total[a]
             total[a] = 0.0
-        add_product(total, factors[filled + i], y[i])
+        small.add_product(total, factors[filled + i], y[i])
         for a in range(size):
             y[i, a] = total[a]
             x[order[i] * size + a] = total[a]
@@ -425,10 +415,10 @@ def backward_error(
             total[a] = right[i * size + a]
             scale[a] = abs(total[a])
         for k in range(indptr[i], indptr[i + 1]):
-            if is_zero(data[k]):
+            if small.is_zero(data[k]):
                 continue
             first = indices[k] * size
-            subtract_terms(total, scale, data[k], x[first : first + size])
+            small.subtract_terms(total, scale, data[k], x[first : first + size])
         for a in range(size):
             residual[i * size + a] = total[a]
             if scale[a] > 0.0:

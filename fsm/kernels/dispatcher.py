@@ -40,19 +40,9 @@ from numba.core.types import containers
 from numba.core.types.misc import unliteral
 
 from fsm.io.gc_startup import keep_garbage
+from fsm.kernels import cache_folder as folders
 from fsm.kernels import linked_code
 from fsm.kernels.array_items import in_kernels
-from fsm.kernels.cache_folder import (
-    OPTIONS,
-    cache_folder,
-    create_folder,
-    fault_of,
-    is_covered,
-    key,
-    key_now,
-    mark_as_used,
-    source_of,
-)
 from fsm.kernels.compile_lock import CompileLock
 from fsm.kernels.lowering import with_less_code
 from fsm.kernels.records import Record
@@ -142,7 +132,7 @@ class _Linkable(CPUDispatcher):  # type: ignore[misc, unused-ignore]
         if result is None:
             result = self._compiled(kinds)
             if file is not None:
-                linked_code.save(file, source_of(self.py_func), result)
+                linked_code.save(file, folders.source_of(self.py_func), result)
         result = result._replace(entry_point=object())
         self.targetctx.insert_user_function(result.entry_point, result.fndesc, [result.library])
         self._linked[kinds] = result
@@ -180,9 +170,9 @@ class KernelDispatcher(_Linkable):
     """
 
     def __init__(self, function: Callable[..., Any], inline: bool, address: bool = False) -> None:
-        options = {"nopython": True, "boundscheck": None} | OPTIONS | ({"forceinline": True} if inline else {})
+        options = {"nopython": True, "boundscheck": None} | folders.OPTIONS | ({"forceinline": True} if inline else {})
         super().__init__(function, _KernelPasses, **options, no_cpython_wrapper=address)
-        self._to_cache, self._address = is_covered(function), address
+        self._to_cache, self._address = folders.is_covered(function), address
 
     def compile(self, sig: Any) -> Any:
         """Compile the function for calls from Python, or load it from the cache."""
@@ -209,7 +199,7 @@ class KernelDispatcher(_Linkable):
     def _begin_cache(self) -> None:
         if self._to_cache:
             self._to_cache = False
-            if cache_folder() is not None:
+            if folders.cache_folder() is not None:
                 with suppress(RuntimeError, OSError):  # if the folder has disappeared, the kernel is not cached
                     self._cache = _KernelCache(self.py_func, self._address)
 
@@ -264,8 +254,8 @@ class ImportedKernel(KernelDispatcher):
     def __init__(self, function: Callable[..., Any], inline: bool) -> None:
         functools.update_wrapper(self, function)
         self.py_func, self._made_with, self._maker = function, (function, inline), 0
-        if is_covered(function):
-            key(source_of(function))  # this is the hash of the sources at the time of the import
+        if folders.is_covered(function):
+            folders.key(folders.source_of(function))  # this is the hash of the sources at the time of the import
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         """Call the kernel."""
@@ -322,12 +312,12 @@ class _Locator(UserProvidedCacheLocator):  # type: ignore[misc, unused-ignore]
     """Location of the cache entries of one function: a folder named by a hash of its sources."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
-        self._py_file = str(source_of(function))
+        self._py_file = str(folders.source_of(function))
         self._lineno = function.__code__.co_firstlineno
-        parent = cache_folder()
+        parent = folders.cache_folder()
         if parent is None:
             raise FileNotFoundError(errno.ENOENT, "no cache folder")
-        self._cache_path = str(parent / key(source_of(function)))
+        self._cache_path = str(parent / folders.key(folders.source_of(function)))
 
     def get_source_stamp(self) -> str:
         """Return a constant, because the name of the folder already identifies the sources."""
@@ -335,7 +325,7 @@ class _Locator(UserProvidedCacheLocator):  # type: ignore[misc, unused-ignore]
 
     def ensure_cache_path(self) -> None:
         """Create the folder with permissions for this user only."""
-        create_folder(Path(self._cache_path))
+        folders.create_folder(Path(self._cache_path))
 
 
 class _CacheImpl(CompileResultCacheImpl):  # type: ignore[misc, unused-ignore]
@@ -344,7 +334,7 @@ class _CacheImpl(CompileResultCacheImpl):  # type: ignore[misc, unused-ignore]
     def __init__(self, function: Callable[..., Any], address: bool) -> None:
         self._lineno = function.__code__.co_firstlineno
         self._locator = _Locator(function)
-        full_name = f"{source_of(function).stem}.{function.__qualname__}{'.address' * address}"
+        full_name = f"{folders.source_of(function).stem}.{function.__qualname__}{'.address' * address}"
         self._filename_base = self.get_filename_base(full_name, getattr(sys, "abiflags", ""))
 
     def reduce(self, data: Any) -> tuple[Any, ...]:
@@ -395,14 +385,14 @@ class _KernelCache(FunctionCache):
         self._impl_class = functools.partial(_CacheImpl, address=address)
         super().__init__(function)
         self.folder = Path(self._cache_path)
-        self._file = source_of(function)
+        self._file = folders.source_of(function)
         self.lock = CompileLock(self.folder / f"{self._impl.filename_base}.lock")
         if self.folder.exists():
-            if (fault := fault_of(self.folder)) is not None:
+            if (fault := folders.fault_of(self.folder)) is not None:
                 _log.warning("compiled kernels are not used: %s", fault)
                 self.disable()
             else:
-                mark_as_used(self.folder)
+                folders.mark_as_used(self.folder)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the stored machine code for the signature `sig`, or None; this process compiles the kernel then.
@@ -411,7 +401,7 @@ class _KernelCache(FunctionCache):
         """
         rtsys.initialize(target_context)
         stored = self._stored(sig, target_context)
-        if stored is None and self._enabled and self.folder.name == key_now(self._file) and self.lock.acquire():
+        if stored is None and self._enabled and self.folder.name == folders.key_now(self._file) and self.lock.acquire():
             stored = self._stored(sig, target_context)  # another process has compiled the kernel in the meantime
         return stored
 
@@ -430,7 +420,7 @@ class _KernelCache(FunctionCache):
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Store the machine code for the signature `sig` unless the sources have changed since import."""
-        if self.folder.name != key_now(self._file):
+        if self.folder.name != folders.key_now(self._file):
             return
         try:
             super().save_overload(sig, data)

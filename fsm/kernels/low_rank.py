@@ -13,44 +13,18 @@ import weakref
 
 import numpy as np
 
+from fsm.kernels import block_equations as equations
+from fsm.kernels import block_lu
 from fsm.kernels.addresses import ROW, address_table, floats_1d, floats_2d, floats_3d, integers_1d, put_array
-from fsm.kernels.block_equations import (
-    FACTORISE,
-    FAILED,
-    LOW_RANK_ROWS,
-    NEGATIVE,
-    OF_FACTORS,
-    OF_FLAGS,
-    OF_MATRIX,
-    OF_NUMBERS,
-    OF_PATTERN,
-    OF_RIGHT,
-    OF_WEIGHTS,
-    SOLVE,
-    SYMMETRIC,
-    TRUSTED,
-    UNKNOWN,
-    Pattern,
-    pattern_at,
-)
-from fsm.kernels.block_lu import (
-    MAX_ERROR,
-    REFINE_ABOVE,
-    SYMMETRY_TOLERANCE,
-    count_negative,
-    factorise,
-    is_symmetric,
-    multiply_blocks,
-    solve_refined,
-)
+from fsm.kernels.block_equations import Pattern
 from fsm.kernels.blocks import LowRank
 from fsm.kernels.dense import solve_dense
 from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import address_of, call_at
 from fsm.kernels.small_blocks import negative_eigenvalues
 
-_VECTORS, _COLUMNS, _PLACES, _SHIFTS, _KEPT, _TERMS = range(OF_WEIGHTS + 1, OF_WEIGHTS + 7)
-_BY_TERMS, _SOLVED, _INNER, _CORRECTION, _TRIAL, _ACCURATE, _NEXT = range(OF_WEIGHTS + 7, LOW_RANK_ROWS)
+_VECTORS, _COLUMNS, _PLACES, _SHIFTS, _KEPT, _TERMS = range(equations.OF_WEIGHTS + 1, equations.OF_WEIGHTS + 7)
+_BY_TERMS, _SOLVED, _INNER, _CORRECTION, _TRIAL, _ACCURATE, _NEXT = range(equations.OF_WEIGHTS + 7, equations.LOW_RANK_ROWS)
 """Rows of the table after W (r, r): V (r, m), and its column for each coordinate (n,) or -1; component e, stiffness s and
 original entry of the matrix of each vector; V with all vectors e (2 r, n), their W, A^-1 V^T, V A^-1 V^T and
 (1 + W V A^-1 V^T)^-1 W; trial vector of entries 1 and -1, and largest error of its solution with which signs of pivots are
@@ -85,9 +59,10 @@ class LowRankEquations:
             np.zeros((both, both)), trial, np.array([accurate]), np.full(rank, -1, dtype=np.int64),
         ]  # fmt: skip
         self._address = np.array([address_of(_work, nowhere, nowhere, 0.0)])
-        self.table = np.zeros((LOW_RANK_ROWS, ROW), dtype=np.int64)
+        self.table = np.zeros((equations.LOW_RANK_ROWS, ROW), dtype=np.int64)
         own = [self._address, np.array([1.0, 0.0])]
-        self.table[[0, OF_NUMBERS]], self.table[OF_WEIGHTS:] = address_table(own), address_table(self._arrays)
+        self.table[[0, equations.OF_NUMBERS]] = address_table(own)
+        self.table[equations.OF_WEIGHTS :] = address_table(self._arrays)
         weakref.finalize(self.table, _forget, [*own, *self._arrays]).atexit = False  # models keep the table alone
         self.flags = np.zeros(3, dtype=np.int64)
         self._pattern: Pattern | None = None
@@ -96,9 +71,9 @@ class LowRankEquations:
     def use(self, p: Pattern, low_rank: LowRank, matrix: np.ndarray, factors: np.ndarray) -> None:
         """Set the arrays for tasks from Python; V has a column for each coordinate."""
         if p is not self._pattern:
-            self._pattern, self.table[OF_PATTERN : OF_FLAGS + 1] = p, address_table([*p, self.flags])
+            self._pattern, self.table[equations.OF_PATTERN : equations.OF_FLAGS + 1] = p, address_table([*p, self.flags])
         self._used = [matrix, factors, low_rank.vectors, low_rank.weights]
-        self.table[[OF_MATRIX, OF_FACTORS, _VECTORS, OF_WEIGHTS]] = address_table(self._used)
+        self.table[[equations.OF_MATRIX, equations.OF_FACTORS, _VECTORS, equations.OF_WEIGHTS]] = address_table(self._used)
 
     def do(self, task: float, right: np.ndarray) -> float:
         """Do a task; `right` (n,) is the right side."""
@@ -111,25 +86,25 @@ def _forget(arrays: list[np.ndarray]) -> None:
 
 @kernel
 def _do(own: np.ndarray, task: float, right: np.ndarray) -> float:
-    put_array(own, OF_RIGHT, right)
+    put_array(own, equations.OF_RIGHT, right)
     return float(call_at(integers_1d(own, 0)[0], own, own, task))
 
 
 @kernel
 def _work(table: np.ndarray, own: np.ndarray, task: float) -> float:
-    if task == FACTORISE:
+    if task == equations.FACTORISE:
         return 1.0 if _factorise(own) else 0.0
-    if task == NEGATIVE:
+    if task == equations.NEGATIVE:
         return _negative(own)
-    right = floats_1d(own, OF_RIGHT)
-    right[:] = _solution(own, right) if task == SOLVE else _times(own, right)
+    right = floats_1d(own, equations.OF_RIGHT)
+    right[:] = _solution(own, right) if task == equations.SOLVE else _times(own, right)
     return 0.0
 
 
 @kernel
 def _times(own: np.ndarray, vector: np.ndarray) -> np.ndarray:
     """Product V^T W V x, (n,)."""
-    vectors, columns, weights = floats_2d(own, _VECTORS), integers_1d(own, _COLUMNS), floats_2d(own, OF_WEIGHTS)
+    vectors, columns, weights = floats_2d(own, _VECTORS), integers_1d(own, _COLUMNS), floats_2d(own, equations.OF_WEIGHTS)
     rank, out = weights.shape[0], np.zeros(vector.shape[0])
     along = np.zeros(rank)
     for k in range(rank):
@@ -159,7 +134,7 @@ def _largest(row: np.ndarray) -> int:
 @kernel
 def _set_terms(own: np.ndarray) -> None:
     """Write V, the vectors e, and their W."""
-    vectors, columns, weights = floats_2d(own, _VECTORS), integers_1d(own, _COLUMNS), floats_2d(own, OF_WEIGHTS)
+    vectors, columns, weights = floats_2d(own, _VECTORS), integers_1d(own, _COLUMNS), floats_2d(own, equations.OF_WEIGHTS)
     terms, by_terms, places, shifts = _terms_of(own)
     rank, following = weights.shape[0], integers_1d(own, _NEXT)
     terms[rank:], by_terms[:] = 0.0, 0.0
@@ -184,7 +159,7 @@ def _terms_of(own: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.n
 @kernel
 def _stiffen(own: np.ndarray) -> None:
     """Add the stiffnesses s to the matrix."""
-    matrix, p = floats_3d(own, OF_MATRIX), pattern_at(own, OF_PATTERN)
+    matrix, p = floats_3d(own, equations.OF_MATRIX), equations.pattern_at(own, equations.OF_PATTERN)
     kept, shifts = floats_1d(own, _KEPT), floats_1d(own, _SHIFTS)
     places, size = integers_1d(own, _PLACES), matrix.shape[1]
     for k in range(places.shape[0]):
@@ -196,7 +171,8 @@ def _stiffen(own: np.ndarray) -> None:
 @kernel
 def _soften(own: np.ndarray) -> None:
     """Undo `_stiffen`."""
-    matrix, p, kept = floats_3d(own, OF_MATRIX), pattern_at(own, OF_PATTERN), floats_1d(own, _KEPT)
+    matrix, p = floats_3d(own, equations.OF_MATRIX), equations.pattern_at(own, equations.OF_PATTERN)
+    kept = floats_1d(own, _KEPT)
     places, size = integers_1d(own, _PLACES), matrix.shape[1]
     for k in range(places.shape[0] - 1, -1, -1):
         matrix[p.diagonal[places[k] // size], places[k] % size, places[k] % size] = kept[k]
@@ -205,35 +181,37 @@ def _soften(own: np.ndarray) -> None:
 @kernel
 def _factors_of_blocks(own: np.ndarray) -> bool:
     """Factorise the matrix without the part of low rank; false if it is singular."""
-    p, matrix, flags = pattern_at(own, OF_PATTERN), floats_3d(own, OF_MATRIX), integers_1d(own, OF_FLAGS)
-    symmetric = is_symmetric(matrix, p.rows, p.columns, p.transposed, SYMMETRY_TOLERANCE)
-    flags[SYMMETRIC], flags[TRUSTED] = 1 if symmetric else 0, 0
-    factors = floats_3d(own, OF_FACTORS)
-    return factorise(matrix, p.place, p.filled_rows, p.filled_columns, p.filled_diagonal, symmetric, factors) < 0
+    p, matrix = equations.pattern_at(own, equations.OF_PATTERN), floats_3d(own, equations.OF_MATRIX)
+    flags = integers_1d(own, equations.OF_FLAGS)
+    symmetric = block_lu.is_symmetric(matrix, p.rows, p.columns, p.transposed, block_lu.SYMMETRY_TOLERANCE)
+    flags[equations.SYMMETRIC], flags[equations.TRUSTED] = 1 if symmetric else 0, 0
+    factors = floats_3d(own, equations.OF_FACTORS)
+    return block_lu.factorise(matrix, p.place, p.filled_rows, p.filled_columns, p.filled_diagonal, symmetric, factors) < 0
 
 
 @kernel
 def _solved_by_blocks(own: np.ndarray, right: np.ndarray, trusted: bool) -> np.ndarray:
     """Solution with the last factors of blocks."""
-    p, flags = pattern_at(own, OF_PATTERN), integers_1d(own, OF_FLAGS)
-    x, error, doubtful = solve_refined(
-        p.order, p.filled_rows, p.filled_columns, p.filled_diagonal, floats_3d(own, OF_FACTORS), p.rows, p.columns,
-        floats_3d(own, OF_MATRIX), right, REFINE_ABOVE, flags[SYMMETRIC] == 1, trusted,
+    p, flags = equations.pattern_at(own, equations.OF_PATTERN), integers_1d(own, equations.OF_FLAGS)
+    x, error, doubtful = block_lu.solve_refined(
+        p.order, p.filled_rows, p.filled_columns, p.filled_diagonal, floats_3d(own, equations.OF_FACTORS), p.rows, p.columns,
+        floats_3d(own, equations.OF_MATRIX), right, block_lu.REFINE_ABOVE, flags[equations.SYMMETRIC] == 1, trusted,
     )  # fmt: skip
-    if not error <= MAX_ERROR:
-        flags[FAILED] = 1
+    if not error <= block_lu.MAX_ERROR:
+        flags[equations.FAILED] = 1
     if not trusted:
-        flags[TRUSTED] = 0 if doubtful else 1
+        flags[equations.TRUSTED] = 0 if doubtful else 1
     return x
 
 
 @kernel
 def _solve_terms(own: np.ndarray, count: int) -> None:
     """Write A^-1 V^T of the first terms, and the largest components of those of V."""
-    (terms, by_terms, places, _), solved, flags = _terms_of(own), floats_2d(own, _SOLVED), integers_1d(own, OF_FLAGS)
+    (terms, by_terms, places, _), solved = _terms_of(own), floats_2d(own, _SOLVED)
+    flags = integers_1d(own, equations.OF_FLAGS)
     for k in range(count):
         if k < places.shape[0] or by_terms[k, k] != 0.0:
-            solved[k] = _solved_by_blocks(own, terms[k], flags[TRUSTED] == 1)
+            solved[k] = _solved_by_blocks(own, terms[k], flags[equations.TRUSTED] == 1)
         else:
             solved[k] = 0.0
 
@@ -279,7 +257,7 @@ def _set_places(own: np.ndarray) -> None:
 def _factorise(own: np.ndarray) -> bool:
     if not _attempt(own):
         # the blocks have a mode without any stiffness; the component along this mode follows from a slightly stiffer matrix
-        matrix, p, largest = floats_3d(own, OF_MATRIX), pattern_at(own, OF_PATTERN), 0.0
+        matrix, p, largest = floats_3d(own, equations.OF_MATRIX), equations.pattern_at(own, equations.OF_PATTERN), 0.0
         before = matrix.copy()
         _stiffen(own)
         flat = matrix.reshape(-1)
@@ -305,7 +283,7 @@ def _factorise(own: np.ndarray) -> bool:
 @kernel
 def _once(own: np.ndarray, right: np.ndarray) -> np.ndarray:
     terms, correction, solved = floats_2d(own, _TERMS), floats_2d(own, _CORRECTION), floats_2d(own, _SOLVED)
-    x, both = _solved_by_blocks(own, right, integers_1d(own, OF_FLAGS)[TRUSTED] == 1), terms.shape[0]
+    x, both = _solved_by_blocks(own, right, integers_1d(own, equations.OF_FLAGS)[equations.TRUSTED] == 1), terms.shape[0]
     along = np.zeros(both)
     for k in range(both):
         for i in range(x.shape[0]):
@@ -322,11 +300,11 @@ def _once(own: np.ndarray, right: np.ndarray) -> np.ndarray:
 @kernel
 def _solution(own: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Solution (n,), with one refinement if its residual is above round-off."""
-    p, matrix = pattern_at(own, OF_PATTERN), floats_3d(own, OF_MATRIX)
+    p, matrix = equations.pattern_at(own, equations.OF_PATTERN), floats_3d(own, equations.OF_MATRIX)
     _stiffen(own)
     x = _once(own, right)
     _soften(own)
-    rest, size, error = right - multiply_blocks(p.rows, p.columns, matrix, x) - _times(own, x), 0.0, 0.0
+    rest, size, error = right - block_lu.multiply_blocks(p.rows, p.columns, matrix, x) - _times(own, x), 0.0, 0.0
     for i in range(rest.shape[0]):
         size, error = max(size, abs(right[i])), max(error, abs(rest[i]))
     if error > _REFINE_ABOVE * size:
@@ -341,9 +319,11 @@ def _signs_hold(own: np.ndarray) -> bool:
     """Whether round-off of symmetric factors cannot have changed the sign of an eigenvalue; see
     `fsm.solve.equations.linear`.
     """
-    p, trial = pattern_at(own, OF_PATTERN), floats_1d(own, _TRIAL)
+    p, trial = equations.pattern_at(own, equations.OF_PATTERN), floats_1d(own, _TRIAL)
     _stiffen(own)
-    found = _solved_by_blocks(own, multiply_blocks(p.rows, p.columns, floats_3d(own, OF_MATRIX), trial), True)
+    found = _solved_by_blocks(
+        own, block_lu.multiply_blocks(p.rows, p.columns, floats_3d(own, equations.OF_MATRIX), trial), True
+    )
     _soften(own)
     worst = 0.0
     for i in range(found.shape[0]):
@@ -358,13 +338,13 @@ def _negative(own: np.ndarray) -> float:
     The symmetric matrix [[A, V^T, 0], [V, 0, -1], [0, -1, W]] has as many negative eigenvalues as A + V^T W V and k more,
     with k vectors, and as many as A and [[-V A^-1 V^T, -1], [-1, W]] together.
     """
-    p, flags = pattern_at(own, OF_PATTERN), integers_1d(own, OF_FLAGS)
+    p, flags = equations.pattern_at(own, equations.OF_PATTERN), integers_1d(own, equations.OF_FLAGS)
     inner, by_terms = floats_2d(own, _INNER), floats_2d(own, _BY_TERMS)
-    if flags[SYMMETRIC] == 0:
-        return UNKNOWN
-    found, both = count_negative(p.filled_diagonal, floats_3d(own, OF_FACTORS)), inner.shape[0]
-    if not (found == 0 and flags[TRUSTED] == 1) and not _signs_hold(own):
-        return UNKNOWN
+    if flags[equations.SYMMETRIC] == 0:
+        return equations.UNKNOWN
+    found, both = block_lu.count_negative(p.filled_diagonal, floats_3d(own, equations.OF_FACTORS)), inner.shape[0]
+    if not (found == 0 and flags[equations.TRUSTED] == 1) and not _signs_hold(own):
+        return equations.UNKNOWN
     whole, scale = np.zeros((2 * both, 2 * both)), np.empty(both)
     for k in range(both):  # vectors of the same size, for the factorisation
         scale[k] = 1.0 / np.sqrt(abs(inner[k, k])) if inner[k, k] != 0.0 else 1.0

@@ -1,16 +1,20 @@
-"""Generation of LLVM code for kernels: as numba's, with less code for variables and for loops over ranges.
+"""Generation of LLVM code for kernels: as numba's, with less code for variables and for loops over ranges, and with the
+names of modules of this package as constants.
 
 LLVM removes the rest of numba's code again, but takes long for it.
 """
 
 from __future__ import annotations
 
+from types import ModuleType
 from typing import Any, Final
 
 import numba
 from llvmlite import ir
-from numba.core import cgutils
+from numba.core import cgutils, rewrites
+from numba.core import ir as numba_ir
 from numba.core.compiler_machinery import register_pass
+from numba.core.ir_utils import get_definition, guard
 from numba.core.lowering import Lower
 from numba.core.typed_passes import NativeLowering
 
@@ -89,6 +93,26 @@ class KernelLowering(NativeLowering):  # type: ignore[misc, unused-ignore]
     def lowering_class(self) -> Any:
         """Class of the generator."""
         return _Lower
+
+
+@rewrites.register_rewrite("before-inference")
+class _NamesOfModules(rewrites.Rewrite):  # type: ignore[misc, unused-ignore]
+    """``module.NAME`` of this package as if NAME were imported: numba has no constants from modules."""
+
+    def match(self, func_ir: Any, block: Any, *types_of: Any) -> bool:
+        """Find such names in a block."""
+        self._block, self._found = block, {}
+        for one in block.find_exprs(op="getattr"):
+            module = getattr(guard(get_definition, func_ir, one.value), "value", None)
+            if isinstance(module, ModuleType) and module.__name__.startswith("fsm."):
+                self._found[one] = numba_ir.Global(one.attr, getattr(module, one.attr), one.loc)
+        return bool(self._found)
+
+    def apply(self) -> Any:
+        """Replace them."""
+        for one in self._block.find_insts(numba_ir.Assign):
+            one.value = self._found.get(one.value, one.value)
+        return self._block
 
 
 def with_less_code(passes: list[tuple[Any, str]]) -> list[tuple[Any, str]]:

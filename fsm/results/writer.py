@@ -18,34 +18,14 @@ import numpy as np
 from fsm.errors import CannotWrite, CaseError
 from fsm.io.atomic_write import atomic_write
 from fsm.io.hdf5_checked import close_discarding, fixed_text, written_from_memory
+from fsm.results import datasets, store
 from fsm.results.array_datasets import write_array
 from fsm.results.attributes import write_attributes
 from fsm.results.channel import Dim
-from fsm.results.datasets import (
-    SAMPLE_TIME,
-    add_data,
-    add_scale,
-    append_samples,
-    units_of_drives,
-    write_curve,
-    write_data,
-    write_film,
-    write_parts,
-)
 from fsm.results.records import Records
 from fsm.results.solution import INTEGERS, Layout, Solution
 from fsm.results.step_data import write_load_path, write_step_modes
-from fsm.results.store import (
-    FORMAT,
-    ROOT_DIMS,
-    VARIABLES,
-    VERSION,
-    Variable,
-    channel_variables,
-    dim_path,
-    part_path,
-    read_solution,
-)
+from fsm.results.store import Variable
 
 BUFFER_BYTES = 4_000_000
 CHUNK_BYTES = 65_536
@@ -89,7 +69,7 @@ class ResultWriter(Records):
     ) -> None:
         super().__init__(layout)
         self.path = Path(path)
-        self.part = part_path(path)
+        self.part = store.part_path(path)
         self._new_bytes = 0
         self._file: Any = None
         self._open_datasets: list[Any] = []  # this file is kept open for `close_discarding`
@@ -159,7 +139,7 @@ class ResultWriter(Records):
     def _resume(self, n_records: int, n_samples: int) -> None:
         if not self.part.exists():
             raise CaseError("there is no unfinished run to resume", source=str(self.part))
-        old = read_solution(self.part)
+        old = store.read_solution(self.part)
         if len(old) < n_records:
             text = f"contains {len(old)} records, but the checkpoint was saved after {n_records} records"
             raise CaseError(text, str(self.part))
@@ -188,20 +168,20 @@ class ResultWriter(Records):
         for samples in self._sample_rows:
             begun += len(samples.time)
             if begun > self._samples_written and self._file is not None:
-                append_samples(self._file, samples.last(begun - self._samples_written))
+                datasets.append_samples(self._file, samples.last(begun - self._samples_written))
                 self._samples_written = begun
 
     def _append(self, rows: dict[str, Any]) -> None:
         """Append rows to the part file; without a file, create it in one step and open it in single-writer mode."""
         if self._file is not None:
-            _append_rows(self._file, VARIABLES | channel_variables(self.layout.channels), rows, self._written)
+            _append_rows(self._file, store.VARIABLES | store.channel_variables(self.layout.channels), rows, self._written)
             return
         with atomic_write(self.part) as new, written_from_memory(new, _without_numbers(self.layout, rows)) as file:
             _write_records(file, self.layout, rows)
         self._file = h5py.File(self.part, "r+", libver="latest", locking="best-effort")
         self._file.swmr_mode = True
-        grown = [variable.path for variable in (VARIABLES | channel_variables(self.layout.channels)).values()]
-        grown += ["time", SAMPLE_TIME, "probes/displacement"]
+        grown = [variable.path for variable in (store.VARIABLES | store.channel_variables(self.layout.channels)).values()]
+        grown += ["time", datasets.SAMPLE_TIME, "probes/displacement"]
         self._open_datasets = [self._file[name] for name in grown if name in self._file]
 
     def _flush_periodically(self) -> None:
@@ -236,13 +216,13 @@ def write_solution(path: str | Path, solution: Solution) -> None:
     with atomic_write(path, to_disk=True) as new, written_from_memory(new, _without_numbers(solution.layout, rows)) as file:
         _write_records(file, solution.layout, rows)
         if len(solution.samples.time):
-            append_samples(file, solution.samples)
+            datasets.append_samples(file, solution.samples)
         write_attributes(file["stats"], solution.stats)
         write_attributes(file["summary"], solution.summary)
         if solution.array is not None:
             write_array(file, solution.array)
         if solution.curve is not None:
-            write_curve(file, solution.curve, solution.layout.drive_names)
+            datasets.write_curve(file, solution.curve, solution.layout.drive_names)
         if solution.modes is not None:
             write_step_modes(file, solution.modes)
         if solution.load_path is not None:
@@ -257,13 +237,13 @@ def _system_message(error: Exception) -> str:
 
 def _write_records(file: Any, layout: Layout, rows: dict[str, Any]) -> None:
     """Write the case and the first rows into a file of `_without_numbers`."""
-    add_data(file, "case", fixed_text(layout.case_text), "1", "the case file")
+    datasets.add_data(file, "case", fixed_text(layout.case_text), "1", "the case file")
     write_attributes(file["provenance"], dict(layout.provenance))
-    write_data(file, "time", rows["time"])
-    for name, variable in (VARIABLES | channel_variables(layout.channels)).items():
+    datasets.write_data(file, "time", rows["time"])
+    for name, variable in (store.VARIABLES | store.channel_variables(layout.channels)).items():
         values = _numbers(name, rows)
         if values.size:
-            write_data(file, variable.path, values)
+            datasets.write_data(file, variable.path, values)
 
 
 def _numbers(name: str, rows: dict[str, Any]) -> np.ndarray:
@@ -275,7 +255,7 @@ def _without_numbers(layout: Layout, rows: dict[str, Any]) -> bytes:
     than to write them, so the last files are kept: the cases of a table differ in numbers only.
     """
     names = layout.body_names, layout.pair_names, layout.drive_names, layout.step_names, layout.quad_names
-    shapes = tuple(np.shape(rows[name]) for name in (*VARIABLES, *(info.name for info in layout.channels)))
+    shapes = tuple(np.shape(rows[name]) for name in (*store.VARIABLES, *(info.name for info in layout.channels)))
     key = layout.dimension, layout.thickness, names, layout.panel.tobytes(), layout.channels, shapes
     found = _FILES.pop(key, b"") if layout.film is None else b""
     if not found:
@@ -292,12 +272,12 @@ def _without_numbers(layout: Layout, rows: dict[str, Any]) -> bytes:
 
 def _create_datasets(file: Any, layout: Layout, rows: dict[str, Any]) -> None:
     """Write the layout, and add the datasets of the rows, into an empty file."""
-    variables = VARIABLES | channel_variables(layout.channels)
+    variables = store.VARIABLES | store.channel_variables(layout.channels)
     _write_layout(file, layout)
-    add_scale(file, "time", rows["time"], "time", "s", 256, np.nan, written=False)
-    add_scale(file, "coordinate", np.arange(rows["q"].shape[1]), "number of the coordinate")
-    add_scale(file, "rate", np.arange(rows["u"].shape[1]), "number of the velocity")
-    add_scale(file, "memory_number", np.arange(rows["memory"].shape[1]), "number of the internal variable")
+    datasets.add_scale(file, "time", rows["time"], "time", "s", 256, np.nan, written=False)
+    datasets.add_scale(file, "coordinate", np.arange(rows["q"].shape[1]), "number of the coordinate")
+    datasets.add_scale(file, "rate", np.arange(rows["u"].shape[1]), "number of the velocity")
+    datasets.add_scale(file, "memory_number", np.arange(rows["memory"].shape[1]), "number of the internal variable")
     dims = {dim for variable in variables.values() for dim in variable.dims}
     size_of = {dim: len(file[dim]) for dim in dims}
     for name, variable in variables.items():
@@ -308,33 +288,34 @@ def _create_datasets(file: Any, layout: Layout, rows: dict[str, Any]) -> None:
         if 0 in sizes:
             continue
         chunk = max(1, min(256, CHUNK_BYTES // (8 * math.prod(sizes))))
-        units = units_of_drives(layout.drive_names, variable.units) if "drive_name" in variable.dims else variable.units
-        add_data(file, variable.path, values, units, variable.text, ("time", *variable.dims), chunk, written=False)
+        by_drive = "drive_name" in variable.dims
+        units = datasets.units_of_drives(layout.drive_names, variable.units) if by_drive else variable.units
+        datasets.add_data(file, variable.path, values, units, variable.text, ("time", *variable.dims), chunk, written=False)
 
 
 def _write_layout(file: Any, layout: Layout) -> None:
     """Write the data that are constant in time, names and scales first."""
-    texts = {"format": FORMAT, "dimension": layout.dimension, "thickness_units": "m"}
-    write_attributes(file, {**texts, "version": VERSION, "thickness": layout.thickness})
+    texts = {"format": store.FORMAT, "dimension": layout.dimension, "thickness_units": "m"}
+    write_attributes(file, {**texts, "version": store.VERSION, "thickness": layout.thickness})
     for group in ("provenance", "summary", "stats"):
         file.create_group(group)
-    add_scale(file, "body", list(layout.body_names), "body")
-    add_scale(file, "pair", list(layout.pair_names), "contact pair")
-    add_scale(file, "drive_name", list(layout.drive_names), "drive")
+    datasets.add_scale(file, "body", list(layout.body_names), "body")
+    datasets.add_scale(file, "pair", list(layout.pair_names), "contact pair")
+    datasets.add_scale(file, "drive_name", list(layout.drive_names), "drive")
     if layout.step_names:
-        add_scale(file, "step_name", list(layout.step_names), "step of the run")
-    add_scale(file, "corner", np.arange(4), "corner of a plate: (start, -y), (end, -y), (end, +y), (start, +y)")
-    add_scale(file, "axis", ["x", "y", "z"], "inertial axis")
-    add_scale(file, "quad", np.arange(len(layout.panel)), "plate, in order")
+        datasets.add_scale(file, "step_name", list(layout.step_names), "step of the run")
+    datasets.add_scale(file, "corner", np.arange(4), "corner of a plate: (start, -y), (end, -y), (end, +y), (start, +y)")
+    datasets.add_scale(file, "axis", ["x", "y", "z"], "inertial axis")
+    datasets.add_scale(file, "quad", np.arange(len(layout.panel)), "plate, in order")
     text = "panel of a plate, from 1; 0 for none; of a scene -1 for films, -2 for cables, -3 for beams"
-    add_data(file, "panel", np.asarray(layout.panel, dtype=np.int64), "1", text, ("quad",))
+    datasets.add_data(file, "panel", np.asarray(layout.panel, dtype=np.int64), "1", text, ("quad",))
     if layout.quad_names:
-        write_parts(file, layout.quad_names)
+        datasets.write_parts(file, layout.quad_names)
     if layout.film is not None:
-        write_film(file, layout.film)
+        datasets.write_film(file, layout.film)
     for dim in {dim.name: dim for info in layout.channels for dim in info.dims}.values():
-        if dim.name not in ROOT_DIMS:
-            add_scale(file, dim_path(dim.name), _scale_values(dim), dim.text, dim.unit)
+        if dim.name not in store.ROOT_DIMS:
+            datasets.add_scale(file, store.dim_path(dim.name), _scale_values(dim), dim.text, dim.unit)
     if layout.channels:
         infos = [[c.name, c.unit, c.text, [[d.name, d.unit, d.text] for d in c.dims]] for c in layout.channels]
         write_attributes(file.require_group("channels"), {"infos": infos})

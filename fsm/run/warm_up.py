@@ -14,16 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from fsm.analyses.choose import analysis_of
-from fsm.builders.warm_up import (
-    WHOLE,
-    WarmUp,
-    warm_up_lattice,
-    warm_up_membrane,
-    warm_up_plates,
-    warm_up_scissor,
-    warm_up_springs,
-    warm_up_strip,
-)
+from fsm.builders import warm_up
+from fsm.builders.warm_up import WarmUp
 from fsm.interactions.surfaces.end_taper import add_taper_tangent
 from fsm.kernels import jit
 from fsm.kernels.blocks import BlockMatrix, BlockPattern, Elimination
@@ -122,21 +114,21 @@ def _rare_contacts() -> None:
 
 def _springs(spatial: bool, curved: bool) -> None:
     """Solve the start of the equilibrium path of a small strip without contact."""
-    _, system = compile_case(warm_up_springs(spatial, curved))
+    _, system = compile_case(warm_up.warm_up_springs(spatial, curved))
     end = 1e-3 * (system.end_time() or 1.0)
     follow(system, PathSettings(end, end / 2.0), [0.0, end], lambda saved: None)
 
 
 def _many_steps(spatial: bool, method: str = "generalized-alpha") -> None:
     """Solve the first instants of a small strip without drive and without contact."""
-    _, system = compile_case(warm_up_springs(spatial))
+    _, system = compile_case(warm_up.warm_up_springs(spatial))
     alone = SegmentSystem(system.bodies, (), system.groups, ())
     simulate(alone, Settings(method, 1e-3, 1e-6, step=5e-7), [0.0], lambda saved: None)
 
 
 def _film(law: str) -> None:
     """Solve the first instants of a small film with a patch and cables."""
-    analysis = analysis_of(warm_up_membrane(law))
+    analysis = analysis_of(warm_up.warm_up_membrane(law))
     analysis.initialise([])
     settings = Settings("generalized-alpha", 1e-3, 2e-4, step=1e-4)
     simulate(analysis.system, settings, [0.0], lambda saved: None, start=(0.0, *analysis.system.initial()))
@@ -144,7 +136,7 @@ def _film(law: str) -> None:
 
 def _bars(bars: str) -> None:
     """Solve the first instants of a small scissor array."""
-    analysis = analysis_of(warm_up_scissor(bars))
+    analysis = analysis_of(warm_up.warm_up_scissor(bars))
     simulate(analysis.system, Settings(analysis.steps()[-1].method, 1e-3, 2e-4), [0.0], lambda saved: None)
 
 
@@ -159,26 +151,28 @@ def _whole(template: str, *overrides: str) -> None:
 
 
 KINDS: dict[str, tuple[Callable[[], None], ...]] = {
-    **{space: (partial(_segments, partial(warm_up_strip, space == "spatial"), ()),) for space in SPACES},
-    **{f"in time, {space}": (partial(_segments, partial(warm_up_strip, space == "spatial")),) for space in SPACES},
+    **{space: (partial(_segments, partial(warm_up.warm_up_strip, space == "spatial"), ()),) for space in SPACES},
+    **{f"in time, {space}": (partial(_segments, partial(warm_up.warm_up_strip, space == "spatial")),) for space in SPACES},
     **{
-        f"hysteresis, {space}": (partial(_segments, partial(warm_up_strip, space == "spatial", True), ()),)
+        f"hysteresis, {space}": (partial(_segments, partial(warm_up.warm_up_strip, space == "spatial", True), ()),)
         for space in SPACES
     },
-    "lattice": (partial(_segments, warm_up_lattice),),
+    "lattice": (partial(_segments, warm_up.warm_up_lattice),),
     "film": (partial(_film, "plain"), partial(_film, "tension-field"), _fronts),
     "bars": tuple(partial(_bars, element) for element in ("section", "green", "cable")),
     "rigid bars": (partial(_bars, "rigid"),),
-    "plates": tuple(partial(_segments, partial(warm_up_plates, spatial)) for spatial in (False, True)),
+    "plates": tuple(partial(_segments, partial(warm_up.warm_up_plates, spatial)) for spatial in (False, True)),
     **{f"steps in one kernel, {space}": (partial(_many_steps, space == "spatial"),) for space in SPACES},
     **{f"mean-force method, {space}": (partial(_many_steps, space == "spatial", "mean-force"),) for space in SPACES},
     **{f"statics in one kernel, {space}": (partial(_springs, space == "spatial", False),) for space in SPACES},
     **{f"statics with tabulated creases, {space}": (partial(_springs, space == "spatial", True),) for space in SPACES},
     **{
-        f"structured Radau, {space}": (partial(_segments, partial(warm_up_strip, space == "spatial"), ("Radau-blocks",)),)
+        f"structured Radau, {space}": (
+            partial(_segments, partial(warm_up.warm_up_strip, space == "spatial"), ("Radau-blocks",)),
+        )
         for space in SPACES
     },
-    **{kind: tuple(partial(_whole, *case) for case in cases) for kind, cases in WHOLE.items()},
+    **{kind: tuple(partial(_whole, *case) for case in cases) for kind, cases in warm_up.WHOLE.items()},
 }
 """Functions that compile the kernels of each kind (`fsm.analyses.analysis.Analysis.kernels`), rare kinds included."""
 

@@ -12,32 +12,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from fsm.errors import CaseError, Fault
+from fsm.model.elements import joint_laws as law
 from fsm.model.elements.joint_forces import JointForceGroup
-from fsm.model.elements.joint_laws import (
-    BAND,
-    DAMPER,
-    FOLLOWS,
-    FREE,
-    FRICTION,
-    LATCH,
-    LATCH_AT,
-    LATCH_DAMPER,
-    LATCH_SENSE,
-    LATCHED,
-    LOAD,
-    LOWER,
-    PLAY,
-    PRESLIDING,
-    REBOUND,
-    REST,
-    SIDE,
-    SLIDER,
-    SPRING,
-    SPRING_SLIDER,
-    STOP,
-    STOP_DAMPER,
-    UPPER,
-)
 from fsm.model.system.system import SegmentSystem
 
 NOTHING = 1e-12
@@ -100,7 +76,7 @@ class JointSwitches:
         """State of the latches at the last accepted step, (m,)."""
         group = self._groups[0]
         m = 0 if group is None else len(group.start)
-        return np.zeros(0) if group is None else group.memory_of[LATCHED * m : (LATCHED + 1) * m].copy()
+        return np.zeros(0) if group is None else group.memory_of[law.LATCHED * m : (law.LATCHED + 1) * m].copy()
 
     def values(self, which: int, t: float, q: np.ndarray, u: np.ndarray, latched: np.ndarray) -> np.ndarray:
         """Switching functions of system number `which`, (m, 3) as one array, rad or m.
@@ -114,15 +90,15 @@ class JointSwitches:
         found, laws = group.states(t, *self.systems[which].place(t, q, u)), self._laws[which]
         assert laws is not None
         c, rate, values = found[:, 0], found[:, 1], np.full((len(laws), 3), -1.0)
-        sense, limits = laws[:, LATCH_SENSE], _limits(laws)
-        stops, latches = laws[:, [STOP, STOP_DAMPER]].T, laws[:, [LATCH, LATCH_DAMPER]].T
+        sense, limits = laws[:, law.LATCH_SENSE], _limits(laws)
+        stops, latches = laws[:, [law.STOP, law.STOP_DAMPER]].T, laws[:, [law.LATCH, law.LATCH_DAMPER]].T
         sides = (0, -1.0, *stops, stops[0] > 0.0), (1, 1.0, *stops, stops[0] > 0.0), (2, -sense, *latches, latched > 0.0)
         for side, way, stiffness, damping, acts in sides:
             beyond = way * (c - np.where(acts, limits[:, side], 0.0))
             pushed = beyond + damping / np.where(stiffness > 0.0, stiffness, 1.0) * way * rate
             values[acts, side] = np.minimum(beyond, pushed)[acts]
-        opens = (laws[:, LATCH] > 0.0) & (latched == 0.0)
-        values[opens, 2] = (sense * (c - laws[:, LATCH_AT]))[opens]
+        opens = (laws[:, law.LATCH] > 0.0) & (latched == 0.0)
+        values[opens, 2] = (sense * (c - laws[:, law.LATCH_AT]))[opens]
         return values.ravel()
 
     def delay(
@@ -151,10 +127,10 @@ def _joint_forces(system: SegmentSystem) -> JointForceGroup | None:
 
 def _refuse(group: JointForceGroup) -> None:
     """Refuse laws without derivatives."""
-    if np.any(group.programs[:, FREE] >= 0):
+    if np.any(group.programs[:, law.FREE] >= 0):
         raise CaseError(Fault("scene.joints", "moving free lengths of springs have no exact derivatives"))
-    columns = [FRICTION, FOLLOWS, PRESLIDING, SLIDER, SPRING_SLIDER, SIDE, BAND]
-    if np.any(group.laws[:, columns]) or np.any(group.laws[:, REBOUND]):
+    columns = [law.FRICTION, law.FOLLOWS, law.PRESLIDING, law.SLIDER, law.SPRING_SLIDER, law.SIDE, law.BAND]
+    if np.any(group.laws[:, columns]) or np.any(group.laws[:, law.REBOUND]):
         text = "friction, hysteresis, rebound and one-sided springs of joints have no exact derivatives"
         raise CaseError(Fault("scene.joints", text))
 
@@ -162,15 +138,19 @@ def _refuse(group: JointForceGroup) -> None:
 def _held_laws(laws: np.ndarray, pushes: np.ndarray, latched: np.ndarray) -> np.ndarray:
     """Laws whose stops and latches push or not, (m, 3)."""
     held, limits = laws.copy(), _limits(laws)
-    for side, stiffness, damping in ((0, STOP, STOP_DAMPER), (1, STOP, STOP_DAMPER), (2, LATCH, LATCH_DAMPER)):
+    for side, stiffness, damping in (
+        (0, law.STOP, law.STOP_DAMPER), (1, law.STOP, law.STOP_DAMPER), (2, law.LATCH, law.LATCH_DAMPER)
+    ):
         on = pushes[:, side] & ((side < 2) | (latched > 0.0))
-        held[on, LOAD] -= laws[on, stiffness] * (limits[on, side] - laws[on, REST])
-        held[on, SPRING] += laws[on, stiffness]
-        held[on, DAMPER] += laws[on, damping]
-    held[:, [STOP, STOP_DAMPER, LATCH, LATCH_DAMPER]] = 0.0
+        held[on, law.LOAD] -= laws[on, stiffness] * (limits[on, side] - laws[on, law.REST])
+        held[on, law.SPRING] += laws[on, stiffness]
+        held[on, law.DAMPER] += laws[on, damping]
+    held[:, [law.STOP, law.STOP_DAMPER, law.LATCH, law.LATCH_DAMPER]] = 0.0
     return held
 
 
 def _limits(laws: np.ndarray) -> np.ndarray:
     """Coordinates (m, 3) beyond which lower stop, upper stop and closed latch push."""
-    return np.column_stack([laws[:, [LOWER, UPPER]], laws[:, LATCH_AT] - laws[:, LATCH_SENSE] * laws[:, PLAY]])
+    return np.column_stack(
+        [laws[:, [law.LOWER, law.UPPER]], laws[:, law.LATCH_AT] - laws[:, law.LATCH_SENSE] * laws[:, law.PLAY]]
+    )

@@ -19,15 +19,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from fsm.case.loading.csv_columns import (
-    cells_of,
-    columns_of,
-    first_row_faults,
-    headings_of,
-    number_in,
-    separator_of,
-    text_rows,
-)
+from fsm.case.loading import csv_columns as csv
 from fsm.case.models.materials import SplineCrease
 from fsm.case.schema.units import did_you_mean, to_si, unit_in
 from fsm.errors import CaseError, Fault
@@ -78,13 +70,13 @@ def read_crease_data(
     CaseError
         All faults of the file, each with its row number as in a text editor.
     """
-    rows = text_rows(file, path, "it must have two columns, angle and moment")
-    separator = separator_of(rows[0][1])
+    rows = csv.text_rows(file, path, "it must have two columns, angle and moment")
+    separator = csv.separator_of(rows[0][1])
     columns, rows = _columns(rows, separator, crease, path)
     columns = _with_units(columns, crease, system, path)
     numbers, faults = _numbers(rows, separator, len(columns), path)
     if faults:
-        raise CaseError(first_row_faults(faults, path))
+        raise CaseError(csv.first_row_faults(faults, path))
     names = [column.name for column in columns]
     scale = {column.name: to_si(f"1 {column.unit}", _SI[column.name]) for column in columns}
     angle = [values[names.index("angle")] for _, values in numbers]
@@ -147,7 +139,7 @@ def check_curve(
         raise CaseError(Fault(path, what))
     faults = _order_faults(angle, places, unit) or _size_faults(angle, places, unit)
     if faults:
-        raise CaseError(first_row_faults(faults, path))
+        raise CaseError(csv.first_row_faults(faults, path))
     turn = slice(None, None, -1 if angle[-1] < angle[0] else 1)
     radians = [to_si(f"{value!r} {unit}", "rad") for value in angle]
     return CreaseData(tuple(radians[turn]), tuple(moment[turn]))
@@ -158,10 +150,10 @@ def _columns(
 ) -> tuple[list[_Column], list[tuple[int, str]]]:
     """Names of the columns of the file, and the rows below the header."""
     number, line = rows[0]
-    cells = headings_of(line, separator)
-    if not cells or any(number_in(cell, separator) is not None for cell in cells_of(line, separator)):
-        return _bare_columns(cells_of(line, separator), number, crease, path), rows
-    cells, names, units, body = columns_of(rows, separator, _SI)
+    cells = csv.headings_of(line, separator)
+    if not cells or any(csv.number_in(cell, separator) is not None for cell in csv.cells_of(line, separator)):
+        return _bare_columns(csv.cells_of(line, separator), number, crease, path), rows
+    cells, names, units, body = csv.columns_of(rows, separator, _SI)
     columns, faults = [], []
     for cell, name, unit in zip(cells, names, units, strict=True):
         if name not in _SI:
@@ -218,8 +210,8 @@ def _numbers(
 ) -> tuple[list[tuple[int, list[float]]], list[Fault]]:
     numbers, faults = [], []
     for row, line in rows:
-        cells = cells_of(line, separator)
-        values = [number_in(cell, separator) for cell in cells]
+        cells = csv.cells_of(line, separator)
+        values = [csv.number_in(cell, separator) for cell in cells]
         good = [value for value in values if value is not None and math.isfinite(value)]
         if len(cells) != width:
             values_given = f"has {len(cells)} value{'s' * (len(cells) != 1)}"

@@ -23,15 +23,7 @@ from typing import Any
 import numpy as np
 
 from fsm.errors import CaseError, Fault
-from fsm.io.hdf5_checked import (
-    READ_ERRORS,
-    attribute,
-    check_contents,
-    fixed_text,
-    has_checksums,
-    numbers_in,
-    written_from_memory,
-)
+from fsm.io import hdf5_checked as checked
 
 FORMAT = "fsm crease family"
 VERSION = 1
@@ -124,11 +116,11 @@ def time_text(seconds: float) -> str:
 
 def write_family(family: CreaseFamily, file: Path) -> None:
     """Write a family to a new file."""
-    with written_from_memory(file) as target:
+    with checked.written_from_memory(file) as target:
         target.attrs.update(
-            format=fixed_text(FORMAT),
+            format=checked.fixed_text(FORMAT),
             version=VERSION,
-            interpolation=fixed_text(family.interpolation),
+            interpolation=checked.fixed_text(family.interpolation),
             width=_or_nan(family.width),
             relaxation=[math.nan] * 4 if family.relaxation is None else astuple(family.relaxation),
         )
@@ -165,24 +157,24 @@ def read_family(file: Path, path: str = "crease.file") -> CreaseFamily:
     if not file.is_file():
         raise CaseError(Fault(path, f"cannot read {file}: no such file; create the file by `fsm calibrate crease`"))
     try:
-        if not has_checksums(file):
+        if not checked.has_checksums(file):
             raise ValueError("not HDF5, or HDF5 of an old layout")
         with h5py.File(file, "r") as source:
-            check_contents(source)
-            if attribute(source, "format") != FORMAT or int(attribute(source, "version")) != VERSION:
+            checked.check_contents(source)
+            if checked.attribute(source, "format") != FORMAT or int(checked.attribute(source, "version")) != VERSION:
                 raise ValueError("another format or version")
             groups = [source["curves"][name] for name in sorted(source["curves"].keys())]
             if not all(isinstance(group, h5py.Group) for group in groups):
                 raise ValueError("a curve is not an HDF5 group")
             curves = tuple(_read_curve(group) for group in groups)
-            law = [float(number) for number in attribute(source, "relaxation")]
+            law = [float(number) for number in checked.attribute(source, "relaxation")]
             family = CreaseFamily(
                 curves,
-                str(attribute(source, "interpolation")),
-                _or_none(attribute(source, "width")),
+                str(checked.attribute(source, "interpolation")),
+                _or_none(checked.attribute(source, "width")),
                 None if math.isnan(law[0]) else Relaxation(*law),
             )
-    except READ_ERRORS as error:
+    except checked.READ_ERRORS as error:
         text = " ".join(str(error).split())[:80]
         what = f"{file} is not a crease family of version {VERSION} ({text}); create the file by `fsm calibrate crease`"
         raise CaseError(Fault(path, what)) from None
@@ -251,12 +243,12 @@ def _read_curve(group: Any) -> FamilyCurve:
     count = int(group["angle"].size)  # this check comes before the reading, because the declared size may exceed the memory
     if count > _MOST:
         raise ValueError(f"{group.name} has {count} angles; at most {_MOST} are allowed")
-    columns = {name: numbers_in(group, name, (count,)) for name in _COLUMNS if name in group}
+    columns = {name: checked.numbers_in(group, name, (count,)) for name in _COLUMNS if name in group}
     return FamilyCurve(
-        angle=numbers_in(group, "angle", (count,)),
-        press_time=_or_none(attribute(group, "press_time")),
-        opening=_or_none(attribute(group, "opening")),
-        repeats=int(attribute(group, "repeats")),
+        angle=checked.numbers_in(group, "angle", (count,)),
+        press_time=_or_none(checked.attribute(group, "press_time")),
+        opening=_or_none(checked.attribute(group, "opening")),
+        repeats=int(checked.attribute(group, "repeats")),
         loading=columns.pop("loading"),
         loading_error=columns.pop("loading_error"),
         **columns,

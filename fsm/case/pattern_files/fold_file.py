@@ -8,18 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fsm.case.pattern_files.fold_frames import (
-    classes,
-    edges_of,
-    faces_of,
-    frames_of,
-    parsed,
-    scale_of,
-    short,
-    size_of,
-    vertices_of,
-    with_edges,
-)
+from fsm.case.pattern_files import fold_frames
 from fsm.case.pattern_files.folded_frame import FLAT, NEAR, folded_pattern
 from fsm.case.pattern_files.pattern import Pattern
 from fsm.case.pattern_files.planar import planar_pattern
@@ -42,8 +31,8 @@ def read_fold(text: str, scale: float | None, number: int | None = None, reading
         The file is not FOLD, or the pattern is faulty.
     """
     reading = Reading() if reading is None else reading
-    data = parsed(text)
-    frames = frames_of(data)
+    data = fold_frames.parsed(text)
+    frames = fold_frames.frames_of(data)
     if number is not None:
         if number >= len(frames) or not frames[number].get("vertices_coords"):
             raise ValueError(f"has no frame {number} with vertices_coords; its frames are 0 to {len(frames) - 1}")
@@ -59,7 +48,7 @@ def read_fold(text: str, scale: float | None, number: int | None = None, reading
         rows = id(frame["vertices_coords"])
         if rows not in known:
             known[rows] = _is_raised(frame)
-        return known[rows] or "foldedForm" in classes(frame)
+        return known[rows] or "foldedForm" in fold_frames.classes(frame)
 
     chosen = next((k for k in listed if is_folded(k)), None)
     start = listed[0] if chosen is None else chosen
@@ -72,7 +61,7 @@ def read_fold(text: str, scale: float | None, number: int | None = None, reading
 
 def _pattern(frame: Mapping[str, Any], folded: bool, scale: float | None, reading: Reading) -> Pattern:
     """Pattern of a frame that is folded or flat."""
-    frame, notes = with_edges(frame)
+    frame, notes = fold_frames.with_edges(frame)
     try:
         pattern = (folded_pattern if folded else _flat)(frame, scale, reading)
     except PatternFault as fault:
@@ -85,20 +74,20 @@ def _pattern(frame: Mapping[str, Any], folded: bool, scale: float | None, readin
 
 def _is_folded(frame: Mapping[str, Any]) -> bool:
     """Whether a frame is a folded state, according to its class or because its vertices do not lie in one plane."""
-    return "foldedForm" in classes(frame) or _is_raised(frame)
+    return "foldedForm" in fold_frames.classes(frame) or _is_raised(frame)
 
 
 def _is_raised(frame: Mapping[str, Any]) -> bool:
     """Whether the vertices of a frame do not lie in one plane normal to z."""
-    sides = np.ptp(vertices_of(frame), axis=0)
+    sides = np.ptp(fold_frames.vertices_of(frame), axis=0)
     return bool(sides[2] > FLAT * sides.max())
 
 
 def _flat(frame: Mapping[str, Any], scale: float | None, reading: Reading) -> Pattern:
     """Pattern of a flat frame; its faces follow from its edges."""
-    points, length = vertices_of(frame), scale_of(frame, scale)
-    edges = edges_of(frame, points * length)
-    faces = None if frame.get("faces_vertices") is None else faces_of(frame, points * length)
+    points, length = fold_frames.vertices_of(frame), fold_frames.scale_of(frame, scale)
+    edges = fold_frames.edges_of(frame, points * length)
+    faces = None if frame.get("faces_vertices") is None else fold_frames.faces_of(frame, points * length)
     ends = points[:, :2].tolist()
     lines = [Line(tuple(ends[u]), tuple(ends[v]), letter, target) for u, v, letter, target in edges]
     try:
@@ -107,7 +96,7 @@ def _flat(frame: Mapping[str, Any], scale: float | None, reading: Reading) -> Pa
         if faces or not str(fault).startswith("edges cross"):
             raise
         pattern = planar_pattern(
-            lines, length, reading=replace(reading, merge=reading.merge or NEAR * length * size_of(points))
+            lines, length, reading=replace(reading, merge=reading.merge or NEAR * length * fold_frames.size_of(points))
         )
         note = "edges cross where the file has no vertex; vertices are added there"
         pattern = replace(pattern, notes=(note, *pattern.notes))
@@ -185,7 +174,7 @@ def _check_faces(pattern: Pattern, faces: list[list[int]], points: np.ndarray) -
         text = f"{text}; faces are missing or overlap"
     else:
         (number, twice), more = bad[0], others(len(bad), "face")
-        text = f"has face {number} with the vertices {short(faces[number])}"
+        text = f"has face {number} with the vertices {fold_frames.short(faces[number])}"
         text = (
             f"{text} twice{more}; faces are missing or overlap" if twice
             else f"{text}, but its edges enclose no such facet{more}; correct the face"

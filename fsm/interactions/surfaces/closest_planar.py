@@ -9,15 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsm.interactions.search import chord
 from fsm.interactions.search.box_tree import fit_tree, nearest_of_few
-from fsm.interactions.search.chord import (
-    along_chord,
-    chord_boxes,
-    chord_distance,
-    chords_of_planar,
-    largest_bulge,
-    over_chord,
-)
 from fsm.interactions.search.control_points import control_points_planar, curve_at, point_planar, turned_planar
 from fsm.interactions.surfaces.end_taper import inside_of_end
 from fsm.interactions.surfaces.surface import beyond_end, overshoot
@@ -119,7 +112,7 @@ def find_contacts_planar(
     curve, point = np.empty((3, 2)), np.empty(2)
     axes = turned_planar(poses)
     controls = control_points_planar(poses, axes, owners, stations)
-    chords = chords_of_planar(controls, stations)
+    chords = chord.chords_of_planar(controls, stations)
     clearance, depth_limit, no_share = limits
     found_probe, found_piece, found_side, found_s, found_gap = found
     count = 0
@@ -130,7 +123,7 @@ def find_contacts_planar(
         point_planar(poses, axes, probe_body[i], probe_x[i], point)
         piece, nearest, bound = -1, np.inf, 0.0
         for j in range(window[i, 0], window[i, 1]):
-            distance = chord_distance(chords[j], point)
+            distance = chord.chord_distance(chords[j], point)
             bound = max(bound, chords[j, 5])
             if distance < nearest:
                 piece, nearest = j, distance
@@ -138,10 +131,10 @@ def find_contacts_planar(
         if distance > max(clearance[i] + below, depth_limit[i]) + bound:
             continue
         # gap larger than the bound: no contact
-        if distance > max(clearance[i] + below, 0.0) + bound and side[i] * over_chord(chords[piece], point) >= 0.0:
+        if distance > max(clearance[i] + below, 0.0) + bound and side[i] * chord.over_chord(chords[piece], point) >= 0.0:
             continue
         px, pz = point[0], point[1]
-        at = along_chord(chords[piece], point)
+        at = chord.along_chord(chords[piece], point)
         piece, at = _closest(px, pz, piece, window[i, 0], window[i, 1], at, controls, stations, EXACT, curve)
         if at < stations[piece, 4] - 1e-12 or at > stations[piece, 5] + 1e-12:
             continue
@@ -190,10 +183,10 @@ def heights_planar(
     curve, point = np.empty((3, 2)), np.empty(2)
     axes = turned_planar(poses)
     controls = control_points_planar(poses, axes, owners, stations)
-    chords = chords_of_planar(controls, stations)
-    lower, upper = chord_boxes(chords)
+    chords = chord.chords_of_planar(controls, stations)
+    lower, upper = chord.chord_boxes(chords)
     tree = fit_tree(lower, upper)
-    bulge = largest_bulge(chords, stations)
+    bulge = chord.largest_bulge(chords, stations)
     for i in range(probe_body.shape[0]):
         first, last = first_piece[i], last_piece[i]
         height[i] = np.nan
@@ -207,10 +200,10 @@ def heights_planar(
         distance = np.sqrt(square)
         at_end = stations[nearest[i], 4] < 0.0 or stations[nearest[i], 5] > 1.0
         if not at_end and distance > bulge and abs(distance - depth_limit[i]) > bulge:
-            height[i] = distance if over_chord(chords[nearest[i]], point) >= 0.0 else -distance
+            height[i] = distance if chord.over_chord(chords[nearest[i]], point) >= 0.0 else -distance
             continue
         px, pz = point[0], point[1]
-        at = along_chord(chords[nearest[i]], point)
+        at = chord.along_chord(chords[nearest[i]], point)
         piece, at = _closest(px, pz, nearest[i], first, last, at, controls, stations, ROUGH, curve)
         on_it = stations[piece, 4] - 1e-12 <= at <= stations[piece, 5] + 1e-12
         if on_it and not beyond_end(at, straight[i]):

@@ -8,26 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsm.interactions.search import chord as chording
+from fsm.interactions.search import control_points as control
 from fsm.interactions.search.box_tree import fit_tree, nearest_of_few
-from fsm.interactions.search.chord import (
-    along_chord,
-    chord_boxes,
-    chord_distance,
-    chords_of_spatial,
-    largest_bulge,
-    over_chord,
-)
-from fsm.interactions.search.control_points import (
-    ROW,
-    ROW_S,
-    ROW_SS,
-    ROW_SY,
-    ROW_Y,
-    control_points_spatial,
-    point_spatial,
-    surface_at,
-    turned_spatial,
-)
 from fsm.interactions.surfaces.closest_planar import EXACT, LINEAR, ROUGH
 from fsm.interactions.surfaces.end_taper import inside_of_end
 from fsm.interactions.surfaces.surface import beyond_end, overshoot
@@ -41,9 +24,9 @@ _WELL_WITHIN = 0.9
 @kernel
 def probe_points_spatial(poses: np.ndarray, probe_body: np.ndarray, place: np.ndarray) -> np.ndarray:
     """Positions (n, 3) of the probes, m."""
-    points, axes = np.empty((probe_body.shape[0], 3)), turned_spatial(poses)
+    points, axes = np.empty((probe_body.shape[0], 3)), control.turned_spatial(poses)
     for i in range(probe_body.shape[0]):
-        point_spatial(poses, axes, probe_body[i], place[i], points[i])
+        control.point_spatial(poses, axes, probe_body[i], place[i], points[i])
     return points
 
 
@@ -65,16 +48,16 @@ def _closest(
     """Find the closest point (piece, s, y) of pieces [first, last); on return `surface` (5, 3) is evaluated there."""
     gap = curve[0]  # C is not needed after the surface is evaluated
     for _ in range(40):
-        surface_at(s, y, controls, piece, curve, surface)
+        control.surface_at(s, y, controls, piece, curve, surface)
         for m in range(3):
-            gap[m] = point[m] - surface[ROW, m]
-        r_s, r_y = dot(gap, surface[ROW_S]), dot(gap, surface[ROW_Y])
+            gap[m] = point[m] - surface[control.ROW, m]
+        r_s, r_y = dot(gap, surface[control.ROW_S]), dot(gap, surface[control.ROW_Y])
         g_ss, g_sy, g_yy = (
-            dot(surface[ROW_S], surface[ROW_S]),
-            dot(surface[ROW_S], surface[ROW_Y]),
-            dot(surface[ROW_Y], surface[ROW_Y]),
+            dot(surface[control.ROW_S], surface[control.ROW_S]),
+            dot(surface[control.ROW_S], surface[control.ROW_Y]),
+            dot(surface[control.ROW_Y], surface[control.ROW_Y]),
         )
-        m_ss, m_sy, bound = g_ss - dot(gap, surface[ROW_SS]), g_sy - dot(gap, surface[ROW_SY]), tolerance
+        m_ss, m_sy, bound = g_ss - dot(gap, surface[control.ROW_SS]), g_sy - dot(gap, surface[control.ROW_SY]), tolerance
         if m_ss * g_yy - m_sy * m_sy < 0.1 * (g_ss * g_yy - g_sy * g_sy):
             m_ss, m_sy, bound = g_ss, g_sy, LINEAR * tolerance
         determinant = m_ss * g_yy - m_sy * m_sy
@@ -114,9 +97,9 @@ def find_contacts_spatial(
 ) -> int:
     """Find the closest points of some probes with gaps below a bound, as `find_contacts_planar`; (s, y) in place of s."""
     curve, surface, point, normal = np.empty((3, 3)), np.empty((5, 3)), np.empty(3), np.empty(3)
-    axes = turned_spatial(poses)
-    controls = control_points_spatial(poses, axes, owners, stations)
-    chords = chords_of_spatial(controls, stations, half_width)
+    axes = control.turned_spatial(poses)
+    controls = control.control_points_spatial(poses, axes, owners, stations)
+    chords = chording.chords_of_spatial(controls, stations, half_width)
     clearance, depth_limit, no_share = limits
     found_probe, found_piece, found_side, found_at, found_gap = found
     count = 0
@@ -124,10 +107,10 @@ def find_contacts_spatial(
         i = probes[k]
         if window[i, 0] >= window[i, 1]:
             continue
-        point_spatial(poses, axes, probe_body[i], place[i], point)
+        control.point_spatial(poses, axes, probe_body[i], place[i], point)
         piece, nearest, bound = -1, np.inf, 0.0
         for j in range(window[i, 0], window[i, 1]):
-            distance = chord_distance(chords[j], point)
+            distance = chording.chord_distance(chords[j], point)
             bound = max(bound, chords[j, 7])
             if distance < nearest:
                 piece, nearest = j, distance
@@ -135,9 +118,9 @@ def find_contacts_spatial(
         if distance > max(clearance[i] + below, depth_limit[i]) + bound:
             continue
         # gap larger than the bound: no contact
-        if distance > max(clearance[i] + below, 0.0) + bound and side[i] * over_chord(chords[piece], point) >= 0.0:
+        if distance > max(clearance[i] + below, 0.0) + bound and side[i] * chording.over_chord(chords[piece], point) >= 0.0:
             continue
-        s = along_chord(chords[piece], point)
+        s = chording.along_chord(chords[piece], point)
         piece, s, y = _closest(
             point, piece, window[i, 0], window[i, 1], controls, stations, half_width, s, place[i, 1], EXACT, curve, surface
         )
@@ -150,7 +133,9 @@ def find_contacts_spatial(
         if facing == 0.0:
             facing = 1.0 if height >= 0.0 else -1.0
         value = facing * height - clearance[i]
-        over, radius = overshoot(s, stations[piece], np.sqrt(dot(surface[ROW_S], surface[ROW_S])), straight[i], clearance[i])
+        over, radius = overshoot(
+            s, stations[piece], np.sqrt(dot(surface[control.ROW_S], surface[control.ROW_S])), straight[i], clearance[i]
+        )
         if over != 0.0:
             value = np.hypot(over, value + radius) - radius
         if value < below and value > -depth_limit[i]:
@@ -167,10 +152,10 @@ def find_contacts_spatial(
 @kernel(inline=True)
 def _height(point: np.ndarray, surface: np.ndarray, normal: np.ndarray) -> float:
     """Height of a point over the surface along S_s x S_y, m."""
-    cross(surface[ROW_S], surface[ROW_Y], normal)
+    cross(surface[control.ROW_S], surface[control.ROW_Y], normal)
     total = 0.0
     for m in range(3):
-        total += normal[m] * (point[m] - surface[ROW, m])
+        total += normal[m] * (point[m] - surface[control.ROW, m])
     return total / np.sqrt(dot(normal, normal))
 
 
@@ -192,19 +177,19 @@ def heights_spatial(
 ) -> None:
     """Heights (n,) of all probes over their surfaces, m; see `heights_planar`."""
     curve, surface, point, normal = np.empty((3, 3)), np.empty((5, 3)), np.empty(3), np.empty(3)
-    axes = turned_spatial(poses)
-    controls = control_points_spatial(poses, axes, owners, stations)
-    chords = chords_of_spatial(controls, stations, half_width)
-    lower, upper = chord_boxes(chords)
+    axes = control.turned_spatial(poses)
+    controls = control.control_points_spatial(poses, axes, owners, stations)
+    chords = chording.chords_of_spatial(controls, stations, half_width)
+    lower, upper = chording.chord_boxes(chords)
     tree = fit_tree(lower, upper)
-    bulge = largest_bulge(chords, stations)
+    bulge = chording.largest_bulge(chords, stations)
     for i in range(probe_body.shape[0]):
         first, last = first_piece[i], last_piece[i]
         height[i] = np.nan
         if first >= last:
             nearest[i] = -1
             continue
-        point_spatial(poses, axes, probe_body[i], place[i], point)
+        control.point_spatial(poses, axes, probe_body[i], place[i], point)
         nearest[i], square = nearest_of_few(point, first, last, chords, tree, nearest[i], reach[i] * reach[i])
         if nearest[i] < 0:
             continue
@@ -214,9 +199,9 @@ def heights_spatial(
         at_end = stations[nearest[i], 4] < 0.0 or stations[nearest[i], 5] > 1.0
         within = abs(across) < _WELL_WITHIN * half_width[nearest[i]]
         if within and not at_end and distance > bulge and abs(distance - depth_limit[i]) > bulge:
-            height[i] = distance if over_chord(chord, point) >= 0.0 else -distance
+            height[i] = distance if chording.over_chord(chord, point) >= 0.0 else -distance
             continue
-        s = along_chord(chord, point)
+        s = chording.along_chord(chord, point)
         piece, s, y = _closest(
             point, nearest[i], first, last, controls, stations, half_width, s, place[i, 1], ROUGH, curve, surface
         )

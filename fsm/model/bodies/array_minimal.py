@@ -6,21 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.interactions.joint_tree import (
-    CHILD,
-    FIRST_COORDINATE,
-    FIRST_RATE,
-    RATES,
-    SLIDES,
-    TURNS,
-    accelerate,
-    coordinate_rates,
-    longest_step_of_turns,
-    place_links,
-    refer,
-    spread,
-    with_unit_turns,
-)
+from fsm.interactions import joint_tree
 from fsm.kernels.addresses import floats_2d, integers_1d
 from fsm.kernels.jit import kernel
 from fsm.model.bodies import arrays as at
@@ -36,15 +22,15 @@ def to_minimal(
 ) -> tuple[int, int]:
     """See `fsm.solve.stepping.model`."""
     table, tree = model.table, tree_of(model.table)
-    if tree.links.shape[0] == 0 or tree.links[0, CHILD] < 0:
+    if tree.links.shape[0] == 0 or tree.links[0, joint_tree.CHILD] < 0:
         return 0, 0
     place(table, t, q, u)
     lock(model, 0.0)
     project(model, t, at.MEASURE)  # sets the multipliers to zero: the coordinates of joints need none
-    refer(tree, floats_2d(table, at.POSES), floats_2d(table, at.RATES), y, v)
+    joint_tree.refer(tree, floats_2d(table, at.POSES), floats_2d(table, at.RATES), y, v)
     last = tree.links[tree.links.shape[0] - 1]
-    coordinates = last[SLIDES] + (4 if last[TURNS] == 3 else last[TURNS])
-    return last[FIRST_COORDINATE] + coordinates, last[FIRST_RATE] + last[RATES]
+    coordinates = last[joint_tree.SLIDES] + (4 if last[joint_tree.TURNS] == 3 else last[joint_tree.TURNS])
+    return last[joint_tree.FIRST_COORDINATE] + coordinates, last[joint_tree.FIRST_RATE] + last[joint_tree.RATES]
 
 
 @kernel
@@ -55,10 +41,10 @@ def minimal_rates(
     """See `fsm.solve.stepping.model`."""
     table, tree = model.table, tree_of(model.table)
     poses, rates = floats_2d(table, at.POSES), floats_2d(table, at.RATES)
-    place_links(tree, y, v, poses, rates)
+    joint_tree.place_links(tree, y, v, poses, rates)
     sum_forces(model, t, 0.0)
-    good = accelerate(tree, poses, floats_2d(table, at.INERTIA), floats_2d(table, at.FORCE), of_v)
-    coordinate_rates(tree, y, v, of_y)
+    good = joint_tree.accelerate(tree, poses, floats_2d(table, at.INERTIA), floats_2d(table, at.FORCE), of_v)
+    joint_tree.coordinate_rates(tree, y, v, of_y)
     if not counts:
         return good, 0.0, 0.0
     put_in, lost = present_powers(model, t, of_pairs, drive_force)
@@ -70,14 +56,14 @@ def from_minimal(model: Segments, y: np.ndarray, v: np.ndarray, q: np.ndarray, u
     """See `fsm.solve.stepping.model`."""
     table, tree, free = model.table, tree_of(model.table), integers_1d(model.table, at.FREE)
     poses, rates = floats_2d(table, at.POSES), floats_2d(table, at.RATES)
-    with_unit_turns(tree, y)
-    place_links(tree, y, v, poses, rates)
+    joint_tree.with_unit_turns(tree, y)
+    joint_tree.place_links(tree, y, v, poses, rates)
     for i in range(free.shape[0]):
         for k in range(7):
             q[7 * i + k] = poses[free[i], k]
         for k in range(6):
             u[6 * i + k] = rates[free[i], k]
-    return longest_step_of_turns(tree, v)
+    return joint_tree.longest_step_of_turns(tree, v)
 
 
 @kernel
@@ -88,7 +74,7 @@ def from_minimal_changes(
     table, tree, free = model.table, tree_of(model.table), integers_1d(model.table, at.FREE)
     poses, out = floats_2d(table, at.POSES), tree.force
     for turns, small, result in ((True, change, moved), (False, of_rates, faster)):
-        spread(tree, poses, y, small, turns, out)
+        joint_tree.spread(tree, poses, y, small, turns, out)
         for i in range(free.shape[0]):
             for k in range(6):
                 result[6 * i + k] = out[free[i], k]

@@ -4,17 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.kernels.block_equations import (
-    NEGATIVE,
-    SYMMETRIC,
-    TRUSTED,
-    UNKNOWN,
-    EquationKernels,
-    Pattern,
-    do_low_rank,
-    has_low_rank,
-    set_factors,
-)
+from fsm.kernels import block_equations
+from fsm.kernels.block_equations import EquationKernels, Pattern
 from fsm.kernels.block_lu import count_negative, count_negative_parts, multiply_blocks
 from fsm.kernels.jit import kernel
 
@@ -29,14 +20,15 @@ def negative_of_last(
     An unsymmetric matrix has no negative real pivot if the symmetric parts of all pivot blocks are definite, and these are
     definite if the symmetric part of the matrix is.
     """
-    if has_low_rank(equations):
-        return do_low_rank(equations.low_rank, NEGATIVE, p, matrix, factors, flags, trial)
-    if flags[SYMMETRIC] == 0:
-        return 0.0 if flags[TRUSTED] == 1 and count_negative_parts(p.filled_diagonal, factors) == 0 else UNKNOWN
+    if block_equations.has_low_rank(equations):
+        return block_equations.do_low_rank(equations.low_rank, block_equations.NEGATIVE, p, matrix, factors, flags, trial)
+    if flags[block_equations.SYMMETRIC] == 0:
+        definite = flags[block_equations.TRUSTED] == 1 and count_negative_parts(p.filled_diagonal, factors) == 0
+        return 0.0 if definite else block_equations.UNKNOWN
     found = count_negative(p.filled_diagonal, factors)
-    if found == 0 and flags[TRUSTED] == 1:
+    if found == 0 and flags[block_equations.TRUSTED] == 1:
         return 0.0
-    return float(found) if _signs_hold(equations, p, matrix, factors, trial, accurate) else UNKNOWN
+    return float(found) if _signs_hold(equations, p, matrix, factors, trial, accurate) else block_equations.UNKNOWN
 
 
 @kernel
@@ -51,12 +43,12 @@ def negative_of_symmetric(
             for j in range(matrix.shape[1]):
                 matrix[k, i, j] = 0.5 * (blocks[k, i, j] + blocks[mirrored, j, i])
     if equations.low_rank.shape[0] > 0:
-        if not set_factors(equations, p, matrix, factors, flags, True):
-            return UNKNOWN
-        return do_low_rank(equations.low_rank, NEGATIVE, p, matrix, factors, flags, trial)
+        if not block_equations.set_factors(equations, p, matrix, factors, flags, True):
+            return block_equations.UNKNOWN
+        return block_equations.do_low_rank(equations.low_rank, block_equations.NEGATIVE, p, matrix, factors, flags, trial)
     failed = equations.factorise(matrix, p.place, p.filled_rows, p.filled_columns, p.filled_diagonal, True, factors)
     if failed >= 0 or not _signs_hold(equations, p, matrix, factors, trial, accurate):
-        return UNKNOWN
+        return block_equations.UNKNOWN
     return float(count_negative(p.filled_diagonal, factors))
 
 

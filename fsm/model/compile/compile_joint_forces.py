@@ -30,58 +30,11 @@ from fsm.kernels.rotation import rotation_matrix
 from fsm.laws.crease import MomentCurve
 from fsm.model.bodies.time_function import time_function
 from fsm.model.compile.compile_joints import coordinate_of, in_bodies, padded
+from fsm.model.elements import joint_laws as column
 from fsm.model.elements.cords import CordGroup
 from fsm.model.elements.crease_curves import curve_of, hysteresis_of, reversal_of
 from fsm.model.elements.element_angles import side_of
 from fsm.model.elements.joint_forces import JointForceGroup
-from fsm.model.elements.joint_laws import (
-    BAND,
-    COLUMN,
-    COLUMNS,
-    CURVE,
-    DAMPER,
-    EXPONENT,
-    FOLLOWS,
-    FRICTION,
-    GAS,
-    GAS_AT,
-    GOVERNED,
-    LATCH,
-    LATCH_AT,
-    LATCH_DAMPER,
-    LATCH_SENSE,
-    LOAD,
-    LOWER,
-    MOTOR,
-    OF_DAMPER,
-    OF_HARNESS,
-    OF_MOTOR,
-    OF_SPRING,
-    OF_SPRING_WIDTH,
-    OF_WIDTH,
-    OPENS_AT,
-    PLAY,
-    PRESLIDING,
-    PUSH,
-    RATIO,
-    REBOUND,
-    REST,
-    SIDE,
-    SLIDER,
-    SLIP_RATE,
-    SLOWER,
-    SLOWEST,
-    SPRING,
-    SPRING_BEGINS,
-    SPRING_SLIDER,
-    STOP,
-    STOP_DAMPER,
-    TABLE_AT,
-    TABLES,
-    TORQUE,
-    UPPER,
-    WHEEL,
-)
 from fsm.model.elements.joints import JointGroup
 
 _PRESLIDING = {True: 1e-3, False: 1e-5}
@@ -97,11 +50,12 @@ class _Row:
 
     def __init__(self, name: str, ends: np.ndarray, kind: int, line: np.ndarray, start: float, turning: bool) -> None:
         self.name, self.ends, self.kind, self.line, self.start, self.turning = name, ends, kind, line, start, turning
-        self.law, self.tables = np.zeros(COLUMNS), [np.zeros((0, 3)) for _ in range(TABLES)]
+        self.law, self.tables = np.zeros(column.COLUMNS), [np.zeros((0, 3)) for _ in range(column.TABLES)]
         self.programs: dict[int, Program] = {}
         self.felt = (0, 0)
-        self.law[[LOWER, UPPER, SLOWER, OPENS_AT, RATIO]] = -math.inf, math.inf, math.inf, math.inf, 1.0
-        self.law[REST], self.law[SLOWEST] = start, LEAST_RATE[turning]
+        self.law[[column.UPPER, column.SLOWER, column.OPENS_AT]] = math.inf
+        self.law[column.LOWER], self.law[column.RATIO] = -math.inf, 1.0
+        self.law[column.REST], self.law[column.SLOWEST] = start, LEAST_RATE[turning]
 
     def table(self, which: int, rows: Sequence[Sequence[float]] | np.ndarray | None) -> None:
         """Set a table, straight between rows (coordinate, effort), or cubic between rows (coordinate, effort, slope)."""
@@ -114,37 +68,39 @@ class _Row:
             self.crease(spring)
             return
         load = spring.moment if isinstance(spring, TurnSpring) else spring.force
-        self.law[SPRING], self.law[LOAD] = spring.stiffness, load or 0.0
-        self.law[REST] = self.start if spring.rest is None else spring.rest
-        self.table(OF_SPRING, spring.table)
+        self.law[column.SPRING], self.law[column.LOAD] = spring.stiffness, load or 0.0
+        self.law[column.REST] = self.start if spring.rest is None else spring.rest
+        self.table(column.OF_SPRING, spring.table)
 
     def crease(self, crease: Crease) -> None:
         """Set the law of a crease: its opening is that from its rest angle towards zero."""
         side = side_of(self.start, crease.rest_angle or 0.0)
         rest = side * self.start if crease.rest_angle is None else crease.rest_angle
         if isinstance(crease, LinearCrease):
-            self.law[SPRING], self.law[REST] = crease.stiffness, side * rest
+            self.law[column.SPRING], self.law[column.REST] = crease.stiffness, side * rest
             return
         curve, hysteresis = curve_of(crease), hysteresis_of(crease)
-        self.table(OF_SPRING, _over_angle(curve, rest, side, -side))
+        self.table(column.OF_SPRING, _over_angle(curve, rest, side, -side))
         if hysteresis is not None:
-            self.law[SPRING_SLIDER], self.law[SPRING_BEGINS] = 0.5 * reversal_of(crease), -side  # on the loading curve
-            self.table(OF_SPRING_WIDTH, _over_angle(hysteresis.strength, rest, side, 1.0))
+            self.law[column.SPRING_SLIDER] = 0.5 * reversal_of(crease)
+            self.law[column.SPRING_BEGINS] = -side  # on the loading curve
+            self.table(column.OF_SPRING_WIDTH, _over_angle(hysteresis.strength, rest, side, 1.0))
 
     def stop(self, stop: Stop) -> None:
         """Set both stops."""
-        self.law[STOP], self.law[STOP_DAMPER] = stop.stiffness, stop.damping
-        self.law[LOWER] = -math.inf if stop.lower is None else stop.lower
-        self.law[UPPER] = math.inf if stop.upper is None else stop.upper
-        self.law[REBOUND] = 0.0 if stop.restitution is None else rebound(stop.restitution)
+        self.law[column.STOP], self.law[column.STOP_DAMPER] = stop.stiffness, stop.damping
+        self.law[column.LOWER] = -math.inf if stop.lower is None else stop.lower
+        self.law[column.UPPER] = math.inf if stop.upper is None else stop.upper
+        self.law[column.REBOUND] = 0.0 if stop.restitution is None else rebound(stop.restitution)
 
     def latch(self, latch: Latch) -> None:
         """Set the latch."""
         law = self.law
-        law[LATCH_AT], law[LATCH_SENSE], law[PLAY] = latch.at, math.copysign(1.0, latch.at - self.start), latch.play
-        law[LATCH], law[LATCH_DAMPER] = latch.stiffness, latch.damping
-        law[SLOWER] = math.inf if latch.rate_below is None else latch.rate_below
-        law[OPENS_AT] = math.inf if latch.opens_at is None else latch.opens_at
+        law[column.LATCH_AT], law[column.PLAY] = latch.at, latch.play
+        law[column.LATCH_SENSE] = math.copysign(1.0, latch.at - self.start)
+        law[column.LATCH], law[column.LATCH_DAMPER] = latch.stiffness, latch.damping
+        law[column.SLOWER] = math.inf if latch.rate_below is None else latch.rate_below
+        law[column.OPENS_AT] = math.inf if latch.opens_at is None else latch.opens_at
 
     def friction(self, friction: Friction, felt: tuple[int, int]) -> None:
         """Set friction; `felt` is the first and the last multiplier of the reaction."""
@@ -152,32 +108,33 @@ class _Row:
             size, arm = friction.moment, friction.radius or 0.0
         else:
             size, arm = friction.force, 1.0
-        self.law[FRICTION], self.law[SLIP_RATE] = size or 0.0, friction.slip_rate or LEAST_RATE[self.turning]
+        self.law[column.FRICTION], self.law[column.SLIP_RATE] = size or 0.0, friction.slip_rate or LEAST_RATE[self.turning]
         if friction.coefficient is not None:
-            self.law[FOLLOWS], self.felt = friction.coefficient * arm, felt
+            self.law[column.FOLLOWS], self.felt = friction.coefficient * arm, felt
         if friction.law == "lugre":
-            self.law[PRESLIDING] = friction.presliding or _PRESLIDING[self.turning]
-            self.law[SLIP_RATE] = friction.slip_rate or self.law[PRESLIDING] / _BRISTLE_TIME
+            self.law[column.PRESLIDING] = friction.presliding or _PRESLIDING[self.turning]
+            self.law[column.SLIP_RATE] = friction.slip_rate or self.law[column.PRESLIDING] / _BRISTLE_TIME
 
     def harness(self, rows: Sequence[tuple[float, float, float]], reversal: float) -> None:
         """Set the harness."""
-        self.law[SLIDER] = reversal
-        self.table(OF_HARNESS, [(c, 0.5 * (a + b)) for c, a, b in rows])
-        self.table(OF_WIDTH, [(c, 0.5 * (a - b)) for c, a, b in rows])
+        self.law[column.SLIDER] = reversal
+        self.table(column.OF_HARNESS, [(c, 0.5 * (a + b)) for c, a, b in rows])
+        self.table(column.OF_WIDTH, [(c, 0.5 * (a - b)) for c, a, b in rows])
 
     def motor(self, motor: Motor) -> None:
         """Set a motor that gives a moment or a force."""
-        self.law[RATIO], self.law[WHEEL] = motor.ratio, float(motor.free_wheel)
+        self.law[column.RATIO], self.law[column.WHEEL] = motor.ratio, float(motor.free_wheel)
         if motor.effort is not None:
-            self.law[MOTOR], self.programs[PUSH] = TORQUE, time_function(motor.time).scaled(motor.effort)
+            self.law[column.MOTOR] = column.TORQUE
+            self.programs[column.PUSH] = time_function(motor.time).scaled(motor.effort)
             return
-        self.table(OF_MOTOR, motor.curve)
-        self.law[MOTOR] = CURVE
+        self.table(column.OF_MOTOR, motor.curve)
+        self.law[column.MOTOR] = column.CURVE
         if motor.speed is not None:
             program = time_function(motor.time).scaled(motor.speed)
-            self.law[MOTOR], self.programs[PUSH] = GOVERNED, program
+            self.law[column.MOTOR], self.programs[column.PUSH] = column.GOVERNED, program
             largest = max((abs(program.at(t)[0]) for t in (0.0, *program.peaks())), default=0.0)
-            self.law[BAND] = _GOVERNS * (largest or abs(motor.speed))
+            self.law[column.BAND] = _GOVERNS * (largest or abs(motor.speed))
 
 
 def joint_forces(
@@ -268,8 +225,8 @@ def _of_joint(joint: SceneJoint, number: int, ends: np.ndarray, poses: np.ndarra
     if joint.spring is not None:
         row.spring(joint.spring)
     if joint.damper is not None:
-        row.law[DAMPER] = joint.damper.coefficient or 0.0
-        row.table(OF_DAMPER, joint.damper.table)
+        row.law[column.DAMPER] = joint.damper.coefficient or 0.0
+        row.table(column.OF_DAMPER, joint.damper.table)
     if joint.stop is not None:
         row.stop(joint.stop)
     if joint.latch is not None:
@@ -289,17 +246,17 @@ def _of_spring(spring: SceneSpring, ends: np.ndarray, poses: np.ndarray) -> _Row
     points = [_on(pose, point) for point, pose in zip((spring.at, spring.to), poses[ends], strict=True)]
     row = _Row(f"spring.{spring.name}", ends, LENGTH, padded(*points[0], *points[1]), spring.length, False)
     law = row.law
-    law[REST] = law[TABLE_AT] = spring.free
-    row.table(OF_SPRING, spring.rows)
+    law[column.REST] = law[column.TABLE_AT] = spring.free
+    row.table(column.OF_SPRING, spring.rows)
     if spring.only is None:
-        law[SPRING], law[LOAD] = spring.stiffness, spring.force
+        law[column.SPRING], law[column.LOAD] = spring.stiffness, spring.force
     else:
-        law[SIDE] = ONLY[spring.only]
+        law[column.SIDE] = ONLY[spring.only]
     if spring.damper is not None:
-        law[DAMPER] = spring.damper.coefficient or 0.0
-        row.table(OF_DAMPER, spring.damper.table)
+        law[column.DAMPER] = spring.damper.coefficient or 0.0
+        row.table(column.OF_DAMPER, spring.damper.table)
     if spring.gas is not None:
         gas = spring.gas
-        law[GAS_AT] = spring.length if gas.length is None else gas.length
-        law[GAS], law[COLUMN], law[EXPONENT] = gas.force, gas.column, gas.exponent
+        law[column.GAS_AT] = spring.length if gas.length is None else gas.length
+        law[column.GAS], law[column.COLUMN], law[column.EXPONENT] = gas.force, gas.column, gas.exponent
     return row

@@ -12,23 +12,8 @@ import numpy as np
 from fsm.interactions.contact.impacts import shared_weight
 from fsm.kernels.body_poses import pose_difference
 from fsm.kernels.jit import kernel, shared
-from fsm.model.bodies.contact_arrays import (
-    ACROSS,
-    BELOW,
-    BRISTLE,
-    CHANGES,
-    COMMITTED_AT,
-    EVALUATIONS,
-    FOUND,
-    FRICTION,
-    MARGIN,
-    MEASURED,
-    MOST,
-    STARTED,
-    ContactArrays,
-    LawKernels,
-    exponent_of,
-)
+from fsm.model.bodies import contact_arrays as row
+from fsm.model.bodies.contact_arrays import ContactArrays, LawKernels
 from fsm.model.contact.geometry_calls import geometry_of
 from fsm.solve.stepping.vectors import copy_into
 
@@ -84,7 +69,7 @@ def increments(start: np.ndarray, end: np.ndarray) -> np.ndarray:
 def renew_search(g: ContactArrays, poses: np.ndarray) -> int:
     """Update the broad phase and the weights of faces, if poses have changed; return 1 if the broad phase was updated."""
     state = g.state
-    changed = state[CHANGES] == 1 and state[STARTED] == 1 and not equal_poses(poses, g.committed)
+    changed = state[row.CHANGES] == 1 and state[row.STARTED] == 1 and not equal_poses(poses, g.committed)
     renewed = geometry_of(g).renew(g, poses)
     if renewed == 1 or changed:
         geometry_of(g).settle(g, poses, state[:0], True)
@@ -97,14 +82,14 @@ def find_slots(g: ContactArrays, poses: np.ndarray, below: float) -> int:
     poses, and the same bound or the bound 0, uses the stored result.
     """
     state, numbers, seen = g.state, g.numbers, g.found_poses
-    known = state[FOUND] >= 0 and (numbers[BELOW] == below or below == 0.0 <= numbers[BELOW])
+    known = state[row.FOUND] >= 0 and (numbers[row.BELOW] == below or below == 0.0 <= numbers[row.BELOW])
     if known and equal_poses(poses, seen):
-        if numbers[BELOW] != below:
+        if numbers[row.BELOW] != below:
             _keep_touching(g)
-        return int(state[FOUND])
+        return int(state[row.FOUND])
     renew_search(g, poses)
     count = geometry_of(g).find(g, poses, below)
-    state[FOUND], state[MEASURED], numbers[BELOW] = count, 0, below
+    state[row.FOUND], state[row.MEASURED], numbers[row.BELOW] = count, 0, below
     copy_into(poses, seen)
     return int(count)
 
@@ -113,13 +98,13 @@ def find_slots(g: ContactArrays, poses: np.ndarray, below: float) -> int:
 def _keep_touching(g: ContactArrays) -> None:
     """Reduce the contacts of the last search to those with a gap below 0."""
     slot, gap, state, count = g.slot, g.gap, g.state, 0
-    rows = np.empty(state[FOUND], dtype=np.int64)
+    rows = np.empty(state[row.FOUND], dtype=np.int64)
     for i in range(rows.shape[0]):
         if gap[i] < 0.0:
             slot[count], gap[count], rows[count] = slot[i], gap[i], i
             count += 1
     geometry_of(g).select(g, rows[:count])
-    state[FOUND], state[MEASURED], g.numbers[BELOW] = count, 0, 0.0
+    state[row.FOUND], state[row.MEASURED], g.numbers[row.BELOW] = count, 0, 0.0
 
 
 @kernel
@@ -136,14 +121,14 @@ def find_pressed(g: ContactArrays, poses: np.ndarray) -> int:
         among += 1 if pressed[slot[i]] > 0.0 else 0
     if among == kept:
         return count
-    near, active = find_slots(g, poses, g.numbers[MARGIN]), 0
+    near, active = find_slots(g, poses, g.numbers[row.MARGIN]), 0
     rows = np.empty(near, dtype=np.int64)
     for i in range(near):
         if gap[i] < 0.0 or pressed[slot[i]] > 0.0:
             slot[active], gap[active], rows[active] = slot[i], gap[i], i
             active += 1
     geometry_of(g).select(g, rows[:active])
-    g.state[FOUND] = -1
+    g.state[row.FOUND] = -1
     return active
 
 
@@ -153,10 +138,10 @@ def measure_slots(g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count:
     result.
     """
     state, seen = g.state, g.found_rates
-    if state[MEASURED] == 1 and equal_poses(rates, seen):
+    if state[row.MEASURED] == 1 and equal_poses(rates, seen):
         return
     geometry_of(g).measure(g, poses, rates, count)
-    state[MEASURED] = 1
+    state[row.MEASURED] = 1
     copy_into(rates, seen)
 
 
@@ -181,10 +166,10 @@ def bristle_arguments(
     g: ContactArrays, t: float, poses: np.ndarray, mean_rates: bool, count: int
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Mean slip velocities (m/s), deflections of bristles in the last accepted state (m), and the time since then (s)."""
-    duration, memory, slot, slip = max(0.0, t - g.numbers[COMMITTED_AT]), g.deflection, g.slot, g.slip
+    duration, memory, slot, slip = max(0.0, t - g.numbers[row.COMMITTED_AT]), g.deflection, g.slot, g.slip
     mean, deflection = np.empty((count, slip.shape[1])), np.empty((count, slip.shape[1]))
     copy_into(slip[:count], mean)
-    if not mean_rates and duration != 0.0 and g.state[STARTED] == 1:
+    if not mean_rates and duration != 0.0 and g.state[row.STARTED] == 1:
         _write_mean_slip(g, poses, count, duration, mean)
     for i in range(count):
         for c in range(deflection.shape[1]):
@@ -223,7 +208,7 @@ def _of_friction(
 ) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Coefficient across a plate, slip velocities, normal forces, bodies, rates, derivatives by rotation, and parameters."""
     return (
-        g.numbers[ACROSS], g.slip[:count], g.normal_force[:count], g.bodies[:count], g.rate[:count], g.by_turn[:count],
+        g.numbers[row.ACROSS], g.slip[:count], g.normal_force[:count], g.bodies[:count], g.rate[:count], g.by_turn[:count],
         g.friction,
     )  # fmt: skip
 
@@ -232,10 +217,10 @@ def _of_friction(
 def _set_friction(g: ContactArrays, laws: LawKernels, t: float, poses: np.ndarray, mean_rates: bool, count: int) -> bool:
     """Write friction and its derivatives; return whether bristles have a stiffness."""
     state = g.state
-    if state[FRICTION] == 0:
+    if state[row.FRICTION] == 0:
         return False
     across, slip, normal, bodies, rate, by_turn, params = _of_friction(g, count)
-    if state[BRISTLE] == 0:
+    if state[row.BRISTLE] == 0:
         if across != 1.0:
             laws.stretch(slip, poses, bodies, across)
         effort, by_slip, by_normal = laws.friction(slip, normal, params)
@@ -277,7 +262,7 @@ def any_limited(g: ContactArrays, count: int) -> bool:
     slot, pressed = g.slot, g.pressed
     for i in range(count):
         if not pressed[slot[i]] > 0.0:
-            return bool(g.numbers[MOST] > 0.0)
+            return bool(g.numbers[row.MOST] > 0.0)
     return False
 
 
@@ -288,10 +273,10 @@ def set_depths(g: ContactArrays, force: np.ndarray, tapered: np.ndarray, count: 
     A contact without a depth begins at its penetration, or where its force is `MOST`; `force` contains the forces (N) at the
     penetrations, or nothing if no force is limited. Tapered contacts are linearised at their penetration.
     """
-    at, slot, gap, pressed, most = g.at, g.slot, g.gap, g.pressed, g.numbers[MOST]
+    at, slot, gap, pressed, most = g.at, g.slot, g.gap, g.pressed, g.numbers[row.MOST]
     for i in range(force.shape[0]):
         if force[i] > most:
-            at[i] *= (most / force[i]) ** (1.0 / exponent_of(g))
+            at[i] *= (most / force[i]) ** (1.0 / row.exponent_of(g))
     for i in range(count):
         if pressed[slot[i]] > 0.0:
             at[i] = pressed[slot[i]]
@@ -311,7 +296,7 @@ def write_normal(g: ContactArrays, normal: np.ndarray, slopes: np.ndarray) -> No
 @kernel
 def prepare(g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int) -> Weighed:
     """Write rates, gradients, and the arguments of the laws, of the contacts that have been found."""
-    g.state[EVALUATIONS] += 1
+    g.state[row.EVALUATIONS] += 1
     measure_slots(g, poses, rates, count)
     _set_arguments(g, count)
     rows, part, gradient, hessian = geometry_of(g).tapered(g, poses, count)
@@ -366,7 +351,7 @@ def add_forces(g: ContactArrays, weighed: Weighed, energy: np.ndarray, count: in
     """Add the forces of contacts to the forces of all bodies; `energy` (J) is that of the rows of `weighed`."""
     bodies, gradient, size = g.bodies, g.gradient, total.shape[1]
     normal, acting, efforts, by_normal = g.normal_force, g.acting, g.effort, g.by_normal
-    slips = efforts.shape[1] if g.state[FRICTION] == 1 else 0
+    slips = efforts.shape[1] if g.state[row.FRICTION] == 1 else 0
     for i in range(count):
         for b in range(bodies.shape[1]):
             for c in range(size):

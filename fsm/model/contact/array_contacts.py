@@ -15,42 +15,11 @@ from fsm.interactions.contact.pair_sums import SLIDING, smallest_gaps, sums_of_p
 from fsm.interactions.surfaces.end_taper import add_taper_tangent
 from fsm.kernels.addresses import floats_2d, floats_3d
 from fsm.kernels.jit import kernel, shared
+from fsm.model.bodies import contact_arrays as index
 from fsm.model.bodies.arrays import BEFORE, DAMPING, FORCE, PAIR_ENERGY, POSES, RATES, STIFFNESS
-from fsm.model.bodies.contact_arrays import (
-    ACROSS,
-    ACTIVE,
-    COMMITTED_AT,
-    FADES,
-    FRICTION,
-    LOSSY,
-    MARGIN,
-    MOST,
-    RENUMBERS,
-    STARTED,
-    ContactArrays,
-    ContactKernels,
-    LawKernels,
-    contacts_at,
-    floor_of,
-    resolves,
-    rules_of,
-)
-from fsm.model.contact.array_contact_state import (
-    Weighed,
-    add_forces,
-    column_of,
-    elastic_force,
-    evaluate,
-    find_pressed,
-    find_slots,
-    increments,
-    measure_slots,
-    renew_search,
-    taper_arguments,
-    taper_energy,
-    unit_energies,
-    values_at,
-)
+from fsm.model.bodies.contact_arrays import ContactArrays, ContactKernels, LawKernels
+from fsm.model.contact import array_contact_state as contact_state
+from fsm.model.contact.array_contact_state import Weighed
 from fsm.model.contact.geometry_calls import geometry_of
 from fsm.solve.stepping.vectors import copy_into
 
@@ -70,11 +39,11 @@ def _force(table: np.ndarray, groups: np.ndarray, laws: LawKernels, t: float, me
     """Add the forces of all contacts; `mean_rates` as for `evaluate`."""
     poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)
     for k in range(groups.shape[0]):
-        g = contacts_at(groups, k)
-        count = find_slots(g, poses, 0.0)
+        g = index.contacts_at(groups, k)
+        count = contact_state.find_slots(g, poses, 0.0)
         if count > 0:
-            weighed, _ = evaluate(g, laws, t, poses, rates, mean_rates, count, False)
-            add_forces(g, weighed, taper_energy(g, laws, weighed.rows), count, total)
+            weighed, _ = contact_state.evaluate(g, laws, t, poses, rates, mean_rates, count, False)
+            contact_state.add_forces(g, weighed, contact_state.taper_energy(g, laws, weighed.rows), count, total)
         _mark(g, count)
 
 
@@ -86,15 +55,15 @@ def _tangent(
     poses, rates, total = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE)
     stiffness, damping = floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
     for k in range(groups.shape[0]):
-        g = contacts_at(groups, k)
-        count = find_pressed(g, poses) if at_depths else find_slots(g, poses, 0.0)
-        g.state[ACTIVE] = count
+        g = index.contacts_at(groups, k)
+        count = contact_state.find_pressed(g, poses) if at_depths else contact_state.find_slots(g, poses, 0.0)
+        g.state[index.ACTIVE] = count
         if count == 0:
             _mark(g, count)
             continue
-        weighed, bristles = evaluate(g, laws, t, poses, rates, mean_rates, count, at_depths)
+        weighed, bristles = contact_state.evaluate(g, laws, t, poses, rates, mean_rates, count, at_depths)
         _mark(g, count)
-        add_forces(g, weighed, taper_energy(g, laws, weighed.rows), count, total)
+        contact_state.add_forces(g, weighed, contact_state.taper_energy(g, laws, weighed.rows), count, total)
         add_tangent(g, laws, weighed, bristles, poses, rates, count, stiffness, damping)
 
 
@@ -116,7 +85,7 @@ def add_tangent(
     if weighed.rows.shape[0] > 0:
         _add_taper_tangent(g, laws, weighed, count, stiffness)
     bodies, gradient = g.bodies[:count], g.gradient[:count]
-    if g.numbers[ACROSS] != 1.0:
+    if g.numbers[index.ACROSS] != 1.0:
         laws.add_turn_stiffness(bodies, gradient, g.by_turn[:count], g.dof, g.indptr, g.indices, stiffness)
     if bristles:
         add_way_stiffness(bodies, gradient, g.by_distance[:count], g.dof, g.indptr, g.indices, stiffness)
@@ -125,12 +94,13 @@ def add_tangent(
 @shared
 def _add_taper_tangent(g: ContactArrays, laws: LawKernels, weighed: Weighed, count: int, stiffness: np.ndarray) -> None:
     rows, params = weighed.rows, g.normal
-    depth, whole = taper_arguments(g, rows)
-    closing, onset = -values_at(column_of(g.rate[:count], 0, 1.0), rows), values_at(g.onset_of, rows)
+    depth, whole = contact_state.taper_arguments(g, rows)
+    closing = -contact_state.values_at(contact_state.column_of(g.rate[:count], 0, 1.0), rows)
+    onset = contact_state.values_at(g.onset_of, rows)
     normal, _ = laws.normal(depth, closing, onset, whole, params)
     add_taper_tangent(
         g.bodies[:count], g.gradient[:count], rows, weighed.gradient, weighed.hessian,
-        laws.energy(depth, whole, params), elastic_force(g, laws, depth, whole), normal, g.by_normal[:count],
+        laws.energy(depth, whole, params), contact_state.elastic_force(g, laws, depth, whole), normal, g.by_normal[:count],
         g.dof, g.indptr, g.indices, stiffness,
     )  # fmt: skip
 
@@ -139,12 +109,12 @@ def _add_taper_tangent(g: ContactArrays, laws: LawKernels, weighed: Weighed, cou
 def _press(groups: np.ndarray, most: float) -> None:
     """Begin Newton's method of statics at the depths of the last accepted state; `most` (N) as in `MOST`."""
     for k in range(groups.shape[0]):
-        g = contacts_at(groups, k)
-        if g.state[RENUMBERS] == 1:  # the slots must contain the contacts of the last accepted state
+        g = index.contacts_at(groups, k)
+        if g.state[index.RENUMBERS] == 1:  # the slots must contain the contacts of the last accepted state
             geometry_of(g).renew(g, g.committed)
         copy_into(g.depth, g.pressed)
         copy_into(g.depth, g.pressed_before)
-        g.numbers[MOST] = most
+        g.numbers[index.MOST] = most
 
 
 @kernel
@@ -164,8 +134,8 @@ def _advance(groups: np.ndarray, change: np.ndarray, per_second: float) -> None:
     Contacts with a tensile force are released. `per_second` (1/s) is the inverse of the time since the last state.
     """
     for k in range(groups.shape[0]):
-        g = contacts_at(groups, k)
-        count, slot, pressed = g.state[ACTIVE], g.slot, g.pressed
+        g = index.contacts_at(groups, k)
+        count, slot, pressed = g.state[index.ACTIVE], g.slot, g.pressed
         copy_into(pressed, g.pressed_before)
         pressed[:] = 0.0
         if count == 0:
@@ -183,8 +153,8 @@ def _passed(table: np.ndarray, groups: np.ndarray) -> bool:
     """Whether sides have passed through each other since the last accepted state."""
     poses = floats_2d(table, POSES)
     for k in range(groups.shape[0]):
-        g = contacts_at(groups, k)
-        renew_search(g, poses)
+        g = index.contacts_at(groups, k)
+        contact_state.renew_search(g, poses)
         if geometry_of(g).passed(g, poses) >= 0:
             return True
     return False
@@ -195,7 +165,8 @@ def part_before_impacts(g: ContactArrays, unit_energy: np.ndarray, step: float) 
     """Fraction of a step that ends before the impacts of the evaluated contacts begin, see `fraction_before`."""
     count = unit_energy.shape[0]
     return float(fraction_before(
-        rules_of(g), g.bodies[:count], g.gradient[:count], g.gap[:count], column_of(g.rate[:count], 0, 1.0),
+        index.rules_of(g), g.bodies[:count], g.gradient[:count], g.gap[:count],
+        contact_state.column_of(g.rate[:count], 0, 1.0),
         g.normal_force[:count], g.onset_of[:count], unit_energy, g.rates_before, step,
     ))  # fmt: skip
 
@@ -206,8 +177,9 @@ def longest_of_impacts(g: ContactArrays, unit_energy: np.ndarray, t: float, rate
     count = unit_energy.shape[0]
     slot = g.slot[:count]
     return float(longest_step(
-        rules_of(g), t, g.bodies[:count], g.gradient[:count], g.gap[:count], column_of(g.rate[:count], 0, 1.0),
-        values_at(g.onset, slot), values_at(g.began, slot), unit_energy, rates,
+        index.rules_of(g), t, g.bodies[:count], g.gradient[:count], g.gap[:count],
+        contact_state.column_of(g.rate[:count], 0, 1.0),
+        contact_state.values_at(g.onset, slot), contact_state.values_at(g.began, slot), unit_energy, rates,
     ))  # fmt: skip
 
 
@@ -218,14 +190,14 @@ def _part_of_step(table: np.ndarray, groups: np.ndarray, laws: LawKernels, t: fl
     if _passed(table, groups):
         return 0.5
     for k in range(groups.shape[0]):
-        g = contacts_at(groups, k)
-        if g.state[STARTED] == 0 or not resolves(g):
+        g = index.contacts_at(groups, k)
+        if g.state[index.STARTED] == 0 or not index.resolves(g):
             continue
-        count = find_slots(g, poses, 0.0)
+        count = contact_state.find_slots(g, poses, 0.0)
         if count == 0:
             continue
-        evaluate(g, laws, t, poses, rates, False, count, False)
-        of_unit = unit_energies(g, laws, values_at(g.share, g.slot[:count]))
+        contact_state.evaluate(g, laws, t, poses, rates, False, count, False)
+        of_unit = contact_state.unit_energies(g, laws, contact_state.values_at(g.share, g.slot[:count]))
         part = min(part, part_before_impacts(g, of_unit, step))
     return part
 
@@ -235,14 +207,14 @@ def _longest_step(table: np.ndarray, groups: np.ndarray, laws: LawKernels, t: fl
     """Longest step that resolves impacts, s."""
     poses, rates, longest = floats_2d(table, POSES), floats_2d(table, RATES), np.inf
     for k in range(groups.shape[0]):
-        g = contacts_at(groups, k)
-        if not resolves(g):
+        g = index.contacts_at(groups, k)
+        if not index.resolves(g):
             continue
-        count = find_slots(g, poses, g.numbers[MARGIN])
+        count = contact_state.find_slots(g, poses, g.numbers[index.MARGIN])
         if count == 0:
             continue
-        measure_slots(g, poses, rates, count)
-        of_unit = unit_energies(g, laws, values_at(g.share, g.slot[:count]))
+        contact_state.measure_slots(g, poses, rates, count)
+        of_unit = contact_state.unit_energies(g, laws, contact_state.values_at(g.share, g.slot[:count]))
         longest = min(longest, longest_of_impacts(g, of_unit, t, rates))
     return longest
 
@@ -252,12 +224,12 @@ def _accept(table: np.ndarray, groups: np.ndarray, laws: LawKernels, t: float, m
     """Update the memory of all contacts; see `ContactGroup.commit`; `mean_rates` as for `evaluate`."""
     poses, rates = floats_2d(table, POSES), floats_2d(table, RATES)
     for k in range(groups.shape[0]):
-        g = contacts_at(groups, k)
+        g = index.contacts_at(groups, k)
         of_unit = g.gap[:0]
-        count = find_slots(g, poses, 0.0)
+        count = contact_state.find_slots(g, poses, 0.0)
         if count > 0:
-            evaluate(g, laws, t, poses, rates, mean_rates, count, False)
-            of_unit = unit_energies(g, laws, np.full(count, CORNER_WEIGHT))
+            contact_state.evaluate(g, laws, t, poses, rates, mean_rates, count, False)
+            of_unit = contact_state.unit_energies(g, laws, np.full(count, CORNER_WEIGHT))
         accept_group(g, of_unit, t, poses, rates)
 
 
@@ -274,10 +246,10 @@ def accept_group(
         young = _remember(g, unit_energy, t, poses)
     else:
         _forget(g)
-    g.numbers[COMMITTED_AT] = t
+    g.numbers[index.COMMITTED_AT] = t
     copy_into(rates, g.rates_before)
     copy_into(poses, g.committed)
-    g.state[STARTED] = 1
+    g.state[index.STARTED] = 1
     geometry_of(g).settle(g, poses, young, False)
 
 
@@ -295,15 +267,15 @@ def _remember(g: ContactArrays, unit_energy: np.ndarray, t: float, poses: np.nda
     count = unit_energy.shape[0]
     slot, state, gap, rate = g.slot, g.state, g.gap, g.rate
     bodies, gradient, known = g.bodies[:count], g.gradient[:count], g.onset_of
-    began, onset, age = values_at(g.began, slot[:count]), np.empty(count), np.empty(count)
+    began, onset, age = contact_state.values_at(g.began, slot[:count]), np.empty(count), np.empty(count)
     for i in range(count):
         if known[i] == 0.0:
             began[i] = t
         # an external force may close an impact faster than its initial speed
-        onset[i] = max(known[i], max(-rate[i, 0], floor_of(g)))
+        onset[i] = max(known[i], max(-rate[i, 0], index.floor_of(g)))
         age[i] = t - began[i]
     deflection = g.deflected[:count]
-    if state[STARTED] == 1 and state[FRICTION] == 1 and poses.shape[1] == 7:
+    if state[index.STARTED] == 1 and state[index.FRICTION] == 1 and poses.shape[1] == 7:
         first = np.empty(count, dtype=np.int64)
         for i in range(count):
             first[i] = bodies[i, 0]
@@ -314,7 +286,7 @@ def _remember(g: ContactArrays, unit_energy: np.ndarray, t: float, poses: np.nda
         onsets[slot[i]], begans[slot[i]], depths[slot[i]] = onset[i], began[i], -gap[i]
         for c in range(memory.shape[1]):
             memory[slot[i], c] = deflection[i, c]
-    young = young_impacts(rules_of(g), age, bodies, gradient, onset, unit_energy)
+    young = young_impacts(index.rules_of(g), age, bodies, gradient, onset, unit_energy)
     out, number = np.empty(count, dtype=np.int64), 0
     for i in range(count):
         if young[i]:
@@ -329,7 +301,7 @@ def _remember(g: ContactArrays, unit_energy: np.ndarray, t: float, poses: np.nda
 @shared
 def sums(g: ContactArrays, laws: LawKernels, count: int, pairs: int) -> np.ndarray:
     """Sums (6, pairs) over the evaluated contacts of every pair, see `sums_of_pairs`."""
-    return _sums(g, elastic_force(g, laws, -g.gap[:count], g.share_of[:count]), pairs)
+    return _sums(g, contact_state.elastic_force(g, laws, -g.gap[:count], g.share_of[:count]), pairs)
 
 
 @kernel
@@ -355,11 +327,11 @@ def _stored(
     pairs = pair_energy.shape[1]
     pair_force[:] = 0.0
     for k in range(groups.shape[0]):
-        g = contacts_at(groups, k)
-        count = find_slots(g, poses, 0.0)
+        g = index.contacts_at(groups, k)
+        count = contact_state.find_slots(g, poses, 0.0)
         if count == 0:
             continue
-        evaluate(g, laws, t, poses, rates, False, count, False)
+        contact_state.evaluate(g, laws, t, poses, rates, False, count, False)
         energy = laws.energy(-g.gap[:count], g.share_of[:count], g.normal)
         for i in range(energy.shape[0]):
             stored += energy[i]
@@ -367,21 +339,21 @@ def _stored(
         for p in range(pairs):
             pair_force[p] += of_pair[FORCES, p]
     if step > 0.0:
-        mean = increments(before, poses)
+        mean = contact_state.increments(before, poses)
         for i in range(mean.shape[0]):
             for c in range(mean.shape[1]):
                 mean[i, c] /= step
         for end in range(2):
             for k in range(groups.shape[0]):
-                g = contacts_at(groups, k)
-                if g.state[LOSSY] == 0:
+                g = index.contacts_at(groups, k)
+                if g.state[index.LOSSY] == 0:
                     continue
                 at = poses if end == 1 else before
-                count = find_slots(g, at, 0.0)
+                count = contact_state.find_slots(g, at, 0.0)
                 if count == 0:
                     continue
                 when = t if end == 1 else t - step
-                evaluate(g, laws, when, at, mean, True, count, False)
+                contact_state.evaluate(g, laws, when, at, mean, True, count, False)
                 of_pair = sums(g, laws, count, pairs)
                 for p in range(pairs):
                     for row in range(2):
@@ -395,7 +367,7 @@ def _stored(
 def deepest_of_pairs(g: ContactArrays, tapered: np.ndarray, count: int, gap: np.ndarray) -> None:
     """Reduce the gaps (n_pairs,) of pairs to those of the evaluated contacts, m."""
     depth = -g.gap[:count]
-    if g.state[FADES] == 1 and tapered.shape[0] > 0:
+    if g.state[index.FADES] == 1 and tapered.shape[0] > 0:
         for i in range(count):
             depth[i] *= min(g.share_of[i] / g.share[g.slot[i]], 1.0)
     smallest_gaps(g.pair, g.slot[:count], -depth, gap)
@@ -407,14 +379,14 @@ def close_gaps(g: ContactArrays, poses: np.ndarray, gap: np.ndarray) -> None:
 
     All slots of sheets belong to one pair, and few of them are near: the bound of the search grows until there is one.
     """
-    below = g.numbers[MARGIN]
-    if g.state[RENUMBERS] == 1:
+    below = g.numbers[index.MARGIN]
+    if g.state[index.RENUMBERS] == 1:
         if g.pair.shape[0] == 0 or gap[g.pair[0]] <= 0.0:
             return
         below /= 64.0
-        while below < g.numbers[MARGIN] and find_slots(g, poses, below) == 0:
-            below = min(8.0 * below, g.numbers[MARGIN])
-    near = find_slots(g, poses, below)
+        while below < g.numbers[index.MARGIN] and contact_state.find_slots(g, poses, below) == 0:
+            below = min(8.0 * below, g.numbers[index.MARGIN])
+    near = contact_state.find_slots(g, poses, below)
     smallest_gaps(g.pair, g.slot[:near], np.maximum(g.gap[:near], 0.0), gap)
 
 
@@ -431,11 +403,11 @@ def _state_of_pairs(
     out[:] = 0.0
     out[last] = np.inf
     for k in range(groups.shape[0]):
-        g = contacts_at(groups, k)
-        gap = np.full(pairs, g.numbers[MARGIN])
-        count = find_slots(g, poses, 0.0)
+        g = index.contacts_at(groups, k)
+        gap = np.full(pairs, g.numbers[index.MARGIN])
+        count = contact_state.find_slots(g, poses, 0.0)
         if count > 0:
-            weighed, _ = evaluate(g, laws, t, poses, rates, mean_rates, count, False)
+            weighed, _ = contact_state.evaluate(g, laws, t, poses, rates, mean_rates, count, False)
             energy = laws.energy(-g.gap[:count], g.share_of[:count], g.normal)
             for i in range(count):
                 stored += energy[i]
@@ -461,13 +433,13 @@ def _losses(
     """
     poses, rates, power = floats_2d(table, POSES), floats_2d(table, RATES), 0.0
     for k in range(groups.shape[0]):
-        g = contacts_at(groups, k)
-        if g.state[LOSSY] == 0:
+        g = index.contacts_at(groups, k)
+        if g.state[index.LOSSY] == 0:
             continue
-        count = find_slots(g, poses, 0.0)
+        count = contact_state.find_slots(g, poses, 0.0)
         if count == 0:
             continue
-        evaluate(g, laws, t, poses, rates, False, count, False)
+        contact_state.evaluate(g, laws, t, poses, rates, False, count, False)
         of_pair = sums(g, laws, count, of_pairs.shape[1])
         for p in range(of_pairs.shape[1]):
             for row in range(2):

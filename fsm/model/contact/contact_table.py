@@ -16,24 +16,8 @@ import numpy as np
 
 from fsm.kernels.keys import find_keys
 from fsm.kernels.tables import Table, as_declared, empty_arrays, with_rows
-from fsm.model.bodies.contact_arrays import (
-    BELOW,
-    CHANGES,
-    COMMITTED_AT,
-    EVALUATIONS,
-    FADES,
-    FOUND,
-    LACKS,
-    MEASURED,
-    MOST,
-    OF_SLOTS,
-    REFERRED,
-    RENUMBERS,
-    STARTED,
-    STATES,
-    ContactArrays,
-    GeometryKernels,
-)
+from fsm.model.bodies import contact_arrays as row
+from fsm.model.bodies.contact_arrays import ContactArrays, GeometryKernels
 from fsm.model.bodies.pattern import BodyPattern
 from fsm.model.contact.array_contact_state import find_slots, renew_search
 from fsm.model.contact.contact_memory import ContactDepths, ContactMemory
@@ -135,9 +119,9 @@ class ContactTable(ABC):
         self, kernels: GeometryKernels, slips: int, margin: float, moving: np.ndarray, radii: np.ndarray, own: Any
     ) -> None:
         self.kernels, self.slips, self.margin = kernels, slips, margin
-        size, bodies, state = 3 if slips == 1 else 6, self.coupled_bodies, np.zeros(STATES, dtype=np.int64)
+        size, bodies, state = 3 if slips == 1 else 6, self.coupled_bodies, np.zeros(row.STATES, dtype=np.int64)
         poses, ways, square = np.zeros((0, 3 if slips == 1 else 7)), np.zeros((0, slips)), np.zeros((0, slips, slips))
-        state[FOUND], state[RENUMBERS], state[FADES] = -1, self.renumbers, self.fades
+        state[row.FOUND], state[row.RENUMBERS], state[row.FADES] = -1, self.renumbers, self.fades
         common = empty_arrays(ContactArrays)._replace(
             state=state, calls=calls_of(kernels), numbers=np.array([margin, 0.0, 0.0, 0.0, 1.0]), resolving=np.zeros(6),
             committed=poses,
@@ -164,24 +148,24 @@ class ContactTable(ABC):
 
     def with_slots(self, own: Any, count: int, share: np.ndarray, area: np.ndarray, pair: np.ndarray) -> None:
         """Replace all slots; their memory is zero."""
-        common = self.common._replace(**{name: getattr(self.common, name)[:0] for name in OF_SLOTS})
-        common = with_rows(common, OF_SLOTS, count)._replace(share=share.copy(), area=area, pair=pair)
+        common = self.common._replace(**{name: getattr(self.common, name)[:0] for name in row.OF_SLOTS})
+        common = with_rows(common, row.OF_SLOTS, count)._replace(share=share.copy(), area=area, pair=pair)
         self.table.replace(common, as_declared(own))
-        common.state[FOUND], common.state[REFERRED], self._order = -1, 0, None
+        common.state[row.FOUND], common.state[row.REFERRED], self._order = -1, 0, None
 
     def twin(self: Own) -> Own:
         """Copy with a table of its own, for compiled steps."""
         other = copy.copy(self)
         other.table = Table(*(type(part)._make(array.copy() for array in part) for part in self.table.parts))
         other.clear_caches()
-        other.common.state[EVALUATIONS] = 0
+        other.common.state[row.EVALUATIONS] = 0
         return other
 
     def index(self, pattern: BodyPattern) -> None:
         """Replace the pattern of compiled steps."""
         dof, indptr, indices = pattern.index
         self.table.put(dof=dof, indptr=indptr, indices=indices)
-        self.common.state[LACKS] = 0
+        self.common.state[row.LACKS] = 0
 
     # slots ----------------------------------------------------------------------------------------------------------
 
@@ -279,7 +263,7 @@ class ContactTable(ABC):
     def measure(self, poses: np.ndarray, rates: np.ndarray, touching: ActiveContacts) -> ContactKinematics:
         """Compute rates and gradients of the contacts that `find` returned at the same poses."""
         count, common = len(touching.slot), self.common
-        self.touched, common.state[FOUND] = self.touched + 1, -1
+        self.touched, common.state[row.FOUND] = self.touched + 1, -1
         common.slot[:count], common.gap[:count] = touching.slot, touching.gap
         for name, values in zip(self.found, touching.at, strict=True):
             getattr(self.own, name)[:count] = values
@@ -308,7 +292,7 @@ class ContactTable(ABC):
         """Write the depths at which statics linearises the normal law."""
         pressed, (known, slots) = self.common.pressed, self._rows(depths.key)
         pressed[:] = 0.0
-        pressed[slots], self.common.numbers[MOST] = depths.depth[known], depths.most
+        pressed[slots], self.common.numbers[row.MOST] = depths.depth[known], depths.most
 
     def commit(self, poses: np.ndarray, young: np.ndarray | None = None) -> None:
         """Update the memory of the geometry after an accepted step, for example the side on which a point lies.
@@ -317,9 +301,9 @@ class ContactTable(ABC):
         """
         count, common = self.search(poses, 0.0), self.common
         slots = common.slot[:count].copy() if young is None else young
-        common.committed[:], common.state[STARTED] = poses, 1
+        common.committed[:], common.state[row.STARTED] = poses, 1
         self.kernels.settle(self.table, poses, slots, False)
-        self.touched, common.state[FOUND] = self.touched + 1, -1
+        self.touched, common.state[row.FOUND] = self.touched + 1, -1
 
     def contacts(self) -> ContactMemory:
         """Memory of contacts."""
@@ -349,24 +333,24 @@ class ContactTable(ABC):
         empty before the first accepted state.
         """
         common = self.common
-        if not common.state[STARTED]:
+        if not common.state[row.STARTED]:
             return np.zeros(0)
-        time, contacts = common.numbers[COMMITTED_AT:BELOW], self.contacts().flat()
+        time, contacts = common.numbers[row.COMMITTED_AT:row.BELOW], self.contacts().flat()
         return np.concatenate([time, contacts, common.committed.ravel(), common.rates_before.ravel(), self.own_memory()])
 
     def restore(self, memory: np.ndarray) -> None:
         """Restore the memory; an empty array gives the initial memory."""
         common = self.common
-        self.touched, common.state[FOUND], common.state[CHANGES] = self.touched + 1, -1, 0
-        common.state[REFERRED] = 0
-        common.state[STARTED] = int(len(memory) > 0)
+        self.touched, common.state[row.FOUND], common.state[row.CHANGES] = self.touched + 1, -1, 0
+        common.state[row.REFERRED] = 0
+        common.state[row.STARTED] = int(len(memory) > 0)
         if not len(memory):
-            common.numbers[COMMITTED_AT] = 0.0
+            common.numbers[row.COMMITTED_AT] = 0.0
             none = np.zeros(0)
             self.load_contacts(ContactMemory(_NONE, none, none, none, np.zeros((0, self.slips))))
             self.load_own(memory)
             return
-        common.numbers[COMMITTED_AT] = memory[0]
+        common.numbers[row.COMMITTED_AT] = memory[0]
         kept, rest = ContactMemory.from_flat(memory[1:], self.slips)
         poses, rates, own = np.split(rest, np.cumsum([common.committed.size, common.rates_before.size]))
         common.committed.ravel()[:], common.rates_before.ravel()[:] = poses, rates
@@ -375,7 +359,7 @@ class ContactTable(ABC):
 
     def clear_caches(self) -> None:
         """Discard the results of the broad phase; it is renewed at the next poses."""
-        self.common.state[REFERRED], self.common.state[FOUND] = 0, -1
-        self.common.state[LACKS] = self.common.state[MEASURED] = 0
+        self.common.state[row.REFERRED], self.common.state[row.FOUND] = 0, -1
+        self.common.state[row.LACKS] = self.common.state[row.MEASURED] = 0
 
 

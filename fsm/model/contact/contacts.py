@@ -12,24 +12,9 @@ from fsm.interactions.contact.pair_sums import AREA, CARRIED, DAMPING, FORCE, FR
 from fsm.model.bodies import contact_arrays as rows
 from fsm.model.bodies.contact_arrays import FRICTION as HAS_FRICTION
 from fsm.model.bodies.group import BlockSums, BodyState, Group
-from fsm.model.contact.array_contact_state import (
-    Weighed,
-    add_forces,
-    evaluate,
-    find_pressed,
-    measure_slots,
-    taper_energy,
-    unit_energies,
-)
-from fsm.model.contact.array_contacts import (
-    accept_group,
-    add_tangent,
-    advanced,
-    deepest_of_pairs,
-    longest_of_impacts,
-    part_before_impacts,
-    sums,
-)
+from fsm.model.contact import array_contact_state as contact_state
+from fsm.model.contact import array_contacts
+from fsm.model.contact.array_contact_state import Weighed
 from fsm.model.contact.contact_forces import FrictionForce, NormalForce, laws_in_python
 from fsm.model.contact.contact_memory import ContactDepths
 from fsm.model.contact.contact_table import ContactTable
@@ -155,11 +140,13 @@ class ContactGroup(Group):
             count = geometry.search(at.poses, 0.0)
         else:
             geometry.press(pressed)
-            count = int(find_pressed(geometry.table, at.poses))
+            count = int(contact_state.find_pressed(geometry.table, at.poses))
         if not count:
             return None
         mean_rates, at_depths = at.past is not None, pressed is not None
-        found = evaluate(geometry.table, self._laws, float(at.t), at.poses, at.rates, mean_rates, count, at_depths)
+        found = contact_state.evaluate(
+            geometry.table, self._laws, float(at.t), at.poses, at.rates, mean_rates, count, at_depths
+        )
         return _Evaluated(count, *found)
 
     def pressed(self, most: float) -> ContactDepths:
@@ -172,7 +159,9 @@ class ContactGroup(Group):
         found, geometry = self._evaluate(at, pressed), self.geometry
         if found is None:
             return ContactDepths(pressed.key[:0], pressed.depth[:0], pressed.most)
-        depth = advanced(geometry.table, found.number, change, 0.0 if at.past is None else 1.0 / at.past.duration)
+        depth = array_contacts.advanced(
+            geometry.table, found.number, change, 0.0 if at.past is None else 1.0 / at.past.duration
+        )
         key, pressing = geometry.keys(geometry.common.slot[: found.number]), depth > 0.0
         return ContactDepths(key[pressing], depth[pressing], pressed.most)
 
@@ -184,7 +173,9 @@ class ContactGroup(Group):
 
     def _add_forces(self, found: _Evaluated, force: np.ndarray) -> None:
         table = self.geometry.table
-        add_forces(table, found.weighed, taper_energy(table, self._laws, found.weighed.rows), found.number, force)
+        contact_state.add_forces(
+            table, found.weighed, contact_state.taper_energy(table, self._laws, found.weighed.rows), found.number, force
+        )
 
     def add_linearised(self, at: BodyState, sums: BlockSums, pressed: ContactDepths | None = None) -> None:
         """See `Group`; with `pressed`, the normal law is linearised at those depths."""
@@ -194,7 +185,7 @@ class ContactGroup(Group):
             return
         self._add_forces(found, sums.force)
         of_state = found.weighed, found.bristles, at.poses, at.rates, found.number, *sums[2:]
-        self.geometry.call_with(sums.pattern, add_tangent, self._laws, *of_state)
+        self.geometry.call_with(sums.pattern, array_contacts.add_tangent, self._laws, *of_state)
 
     def contacts_opened(self) -> bool:
         """Whether contacts that were active at the last linearisation are inactive at the last evaluated state."""
@@ -224,7 +215,7 @@ class ContactGroup(Group):
 
     def _sums(self, count: int) -> np.ndarray:
         """Sums (6, n_pairs) over the contacts of every pair; see `sums_of_pairs`."""
-        return np.asarray(sums(self.geometry.table, self._laws, count, self.n_pairs))
+        return np.asarray(array_contacts.sums(self.geometry.table, self._laws, count, self.n_pairs))
 
     def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
         """See `Group`."""
@@ -239,7 +230,7 @@ class ContactGroup(Group):
         if found is None:
             none = np.zeros(self.n_pairs)
             return PairState(none, gap, none, none, none, none, none)
-        deepest_of_pairs(geometry.table, found.weighed.rows, found.number, gap)
+        array_contacts.deepest_of_pairs(geometry.table, found.weighed.rows, found.number, gap)
         of_pair = self._sums(found.number)
         force = of_pair[FORCE]
         slip = np.divide(of_pair[CARRIED], force, out=np.zeros(self.n_pairs), where=force > 0.0)
@@ -262,7 +253,7 @@ class ContactGroup(Group):
         """Update the memory after an accepted step: onset of contacts and deflection of bristles."""
         found = self._evaluate(at)
         share = np.full(0 if found is None else found.number, CORNER_WEIGHT)
-        accept_group(self.geometry.table, self._unit_energies(share), float(at.t), at.poses, at.rates)
+        array_contacts.accept_group(self.geometry.table, self._unit_energies(share), float(at.t), at.poses, at.rates)
         self._changed()
 
     def _changed(self) -> None:
@@ -303,7 +294,7 @@ class ContactGroup(Group):
         if found is None:
             return 1.0
         share = geometry.share[geometry.common.slot[: found.number]]
-        return float(part_before_impacts(geometry.table, self._unit_energies(share), step))
+        return float(array_contacts.part_before_impacts(geometry.table, self._unit_energies(share), step))
 
     def longest_step(self, at: BodyState) -> float:
         """Longest step that resolves present and imminent impacts, s."""
@@ -312,12 +303,12 @@ class ContactGroup(Group):
         if not count:
             return np.inf
         geometry.touched += 1
-        measure_slots(geometry.table, at.poses, at.rates, count)
+        contact_state.measure_slots(geometry.table, at.poses, at.rates, count)
         of_unit = self._unit_energies(geometry.share[geometry.common.slot[:count]])
-        return float(longest_of_impacts(geometry.table, of_unit, float(at.t), at.rates))
+        return float(array_contacts.longest_of_impacts(geometry.table, of_unit, float(at.t), at.rates))
 
     def _unit_energies(self, share: np.ndarray) -> np.ndarray:
-        return unit_energies(self.geometry.table, self._laws, share)
+        return contact_state.unit_energies(self.geometry.table, self._laws, share)
 
     def coarsen(self, factor: float) -> None:
         """Multiply the step sizes that resolve impacts by a factor."""

@@ -13,27 +13,19 @@ from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d
 from fsm.kernels.jit import kernel
 from fsm.laws.crease import CreaseLaws, CurveTable, crease_laws_of, elastic_effort
 from fsm.model.bodies.arrays import DAMPING, FORCE, POSES, RATES, STIFFNESS, STORED
+from fsm.model.elements import hinges
 from fsm.model.elements.element_group import LAST, ElementKernels, bodies_of, slots_of
-from fsm.model.elements.hinges import (
-    AFTER_HINGE,
-    AXES_INNER,
-    AXES_OUTER,
-    OFFSET,
-    HingeGroup,
-    keep_planar,
-    keep_spatial,
-    planar_angles,
-    spatial_angles,
-)
+from fsm.model.elements.hinges import HingeGroup
 
-_LAWS = AFTER_HINGE
+_LAWS = hinges.AFTER_HINGE
 _FLEXIBILITY = _LAWS + len(CreaseLaws._fields)
 
 
 @kernel
 def _planar_force(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     force_crease_planar(
-        floats_2d(table, POSES), floats_2d(table, RATES), bodies_of(own), floats_1d(own, OFFSET), crease_laws_of(own, _LAWS),
+        floats_2d(table, POSES), floats_2d(table, RATES), bodies_of(own), floats_1d(own, hinges.OFFSET),
+        crease_laws_of(own, _LAWS),
         floats_1d(own, LAST), per_second, floats_2d(table, FORCE),
     )  # fmt: skip
     return 0.0
@@ -42,7 +34,8 @@ def _planar_force(table: np.ndarray, own: np.ndarray, t: float, per_second: floa
 @kernel
 def _planar_tangent(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     linearise_crease_planar(
-        floats_2d(table, POSES), floats_2d(table, RATES), bodies_of(own), floats_1d(own, OFFSET), crease_laws_of(own, _LAWS),
+        floats_2d(table, POSES), floats_2d(table, RATES), bodies_of(own), floats_1d(own, hinges.OFFSET),
+        crease_laws_of(own, _LAWS),
         floats_1d(own, LAST), per_second, slots_of(own), floats_2d(table, FORCE), floats_3d(table, STIFFNESS),
         floats_3d(table, DAMPING),
     )  # fmt: skip
@@ -52,8 +45,9 @@ def _planar_tangent(table: np.ndarray, own: np.ndarray, t: float, per_second: fl
 @kernel
 def _spatial_force(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     force_crease_spatial(
-        floats_2d(table, POSES), floats_2d(table, RATES), bodies_of(own), floats_2d(own, AXES_INNER),
-        floats_2d(own, AXES_OUTER), floats_1d(own, OFFSET), crease_laws_of(own, _LAWS), floats_1d(own, LAST), per_second,
+        floats_2d(table, POSES), floats_2d(table, RATES), bodies_of(own), floats_2d(own, hinges.AXES_INNER),
+        floats_2d(own, hinges.AXES_OUTER), floats_1d(own, hinges.OFFSET), crease_laws_of(own, _LAWS), floats_1d(own, LAST),
+        per_second,
         floats_2d(table, FORCE),
     )  # fmt: skip
     return 0.0
@@ -62,8 +56,9 @@ def _spatial_force(table: np.ndarray, own: np.ndarray, t: float, per_second: flo
 @kernel
 def _spatial_tangent(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     linearise_crease_spatial(
-        floats_2d(table, POSES), floats_2d(table, RATES), bodies_of(own), floats_2d(own, AXES_INNER),
-        floats_2d(own, AXES_OUTER), floats_1d(own, OFFSET), crease_laws_of(own, _LAWS), floats_1d(own, LAST), per_second,
+        floats_2d(table, POSES), floats_2d(table, RATES), bodies_of(own), floats_2d(own, hinges.AXES_INNER),
+        floats_2d(own, hinges.AXES_OUTER), floats_1d(own, hinges.OFFSET), crease_laws_of(own, _LAWS), floats_1d(own, LAST),
+        per_second,
         slots_of(own), floats_2d(table, FORCE), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING),
     )  # fmt: skip
     return 0.0
@@ -94,28 +89,28 @@ def _power(own: np.ndarray, angle: np.ndarray, rate: np.ndarray, per_second: flo
 
 @kernel
 def _planar_stored(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    return _add_stored(own, planar_angles(table, own)[0], floats_1d(table, STORED))
+    return _add_stored(own, hinges.planar_angles(table, own)[0], floats_1d(table, STORED))
 
 
 @kernel
 def _spatial_stored(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    return _add_stored(own, spatial_angles(table, own)[0], floats_1d(table, STORED))
+    return _add_stored(own, hinges.spatial_angles(table, own)[0], floats_1d(table, STORED))
 
 
 @kernel
 def _planar_lost(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    angle, rate, _ = planar_angles(table, own)
+    angle, rate, _ = hinges.planar_angles(table, own)
     return _power(own, angle, rate, per_second)
 
 
 @kernel
 def _spatial_lost(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    angle, rate, _ = spatial_angles(table, own)
+    angle, rate, _ = hinges.spatial_angles(table, own)
     return _power(own, angle, rate, per_second)
 
 
-_PLANAR = ElementKernels(_planar_force, _planar_tangent, keep_planar, _planar_stored, _planar_lost)
-_SPATIAL = ElementKernels(_spatial_force, _spatial_tangent, keep_spatial, _spatial_stored, _spatial_lost)
+_PLANAR = ElementKernels(_planar_force, _planar_tangent, hinges.keep_planar, _planar_stored, _planar_lost)
+_SPATIAL = ElementKernels(_spatial_force, _spatial_tangent, hinges.keep_spatial, _spatial_stored, _spatial_lost)
 
 
 @dataclass(frozen=True)

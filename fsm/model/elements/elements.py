@@ -10,27 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fsm.interactions.bushing_planar import (
-    COLUMNS_PLANAR,
-    LOCKED,
-    advance_efforts_planar,
-    deformations_pose_planar,
-    force_pose_planar,
-    linearise_pose_planar,
-    pose_constants_planar,
-    stored_pose_planar,
-    widest_pose_planar,
-)
-from fsm.interactions.bushing_spatial import (
-    COLUMNS_SPATIAL,
-    advance_efforts_spatial,
-    deformations_pose_spatial,
-    force_pose_spatial,
-    linearise_pose_spatial,
-    pose_constants_spatial,
-    stored_pose_spatial,
-    widest_pose_spatial,
-)
+from fsm.interactions import bushing_planar as planar
+from fsm.interactions import bushing_spatial as spatial
 from fsm.interactions.pose_planar import measure_pose_planar
 from fsm.interactions.pose_spatial import measure_pose_spatial
 from fsm.kernels.scatter import pair_slots
@@ -114,13 +95,13 @@ class BushingKernels(NamedTuple):
 
 
 BUSHINGS = {
-    3: BushingKernels(measure_pose_planar, pose_constants_planar, COLUMNS_PLANAR, SpringKernels(
-        force_pose_planar, linearise_pose_planar, stored_pose_planar, deformations_pose_planar, advance_efforts_planar,
-        widest_pose_planar,
+    3: BushingKernels(measure_pose_planar, planar.pose_constants_planar, planar.COLUMNS_PLANAR, SpringKernels(
+        planar.force_pose_planar, planar.linearise_pose_planar, planar.stored_pose_planar, planar.deformations_pose_planar,
+        planar.advance_efforts_planar, planar.widest_pose_planar,
     )),
-    6: BushingKernels(measure_pose_spatial, pose_constants_spatial, COLUMNS_SPATIAL, SpringKernels(
-        force_pose_spatial, linearise_pose_spatial, stored_pose_spatial, deformations_pose_spatial, advance_efforts_spatial,
-        widest_pose_spatial,
+    6: BushingKernels(measure_pose_spatial, spatial.pose_constants_spatial, spatial.COLUMNS_SPATIAL, SpringKernels(
+        spatial.force_pose_spatial, spatial.linearise_pose_spatial, spatial.stored_pose_spatial,
+        spatial.deformations_pose_spatial, spatial.advance_efforts_spatial, spatial.widest_pose_spatial,
     )),
 }  # fmt: skip
 """Kernels by the number of rows of a block."""
@@ -217,7 +198,7 @@ class BushingGroup(TwoBodyGroup):
     def in_structure(self) -> np.ndarray:
         """`structural` as integers, for kernels; `LOCKED` if the translations are locked."""
         held = np.any(self.locked[:, : 3 if self.rest.shape[1] == 6 else 2], axis=1)
-        return np.where(held, LOCKED, 1) * self.structural.astype(np.int64)
+        return np.where(held, planar.LOCKED, 1) * self.structural.astype(np.int64)
 
     @cached_property
     def locks(self) -> SpringLocks | None:

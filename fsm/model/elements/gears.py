@@ -14,24 +14,17 @@ import numpy as np
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d
 from fsm.kernels.jit import kernel
 from fsm.laws.one_sided import mean_loss, one_sided
-from fsm.model.elements.couplings import (
-    ANGLES,
-    DISSIPATED,
-    EFFORTS,
-    ENERGIES,
-    FIRST_PARAMETER,
-    SPEEDS,
-    STIFFNESSES,
-    VISCOSITIES,
-    Coupling,
-)
+from fsm.model.elements import couplings
+from fsm.model.elements.couplings import Coupling
 
 
 @kernel
 def _law(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    angle, rate, parameters = floats_2d(own, ANGLES), floats_2d(own, SPEEDS), floats_2d(own, FIRST_PARAMETER)
-    effort, by_angle, by_rate = floats_2d(own, EFFORTS), floats_3d(own, STIFFNESSES), floats_3d(own, VISCOSITIES)
-    energy, lost, way = floats_1d(own, ENERGIES), floats_1d(own, DISSIPATED), np.ones(2)
+    angle, rate = floats_2d(own, couplings.ANGLES), floats_2d(own, couplings.SPEEDS)
+    parameters = floats_2d(own, couplings.FIRST_PARAMETER)
+    effort, by_angle = floats_2d(own, couplings.EFFORTS), floats_3d(own, couplings.STIFFNESSES)
+    by_rate = floats_3d(own, couplings.VISCOSITIES)
+    energy, lost, way = floats_1d(own, couplings.ENERGIES), floats_1d(own, couplings.DISSIPATED), np.ones(2)
     for i in range(angle.shape[0]):
         way[1], stiffness, damping = -parameters[i, 0], parameters[i, 1], parameters[i, 2]
         lower, upper = parameters[i, 3], parameters[i, 4]

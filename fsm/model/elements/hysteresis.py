@@ -12,19 +12,11 @@ from fsm.kernels.scatter import scatter_efforts
 from fsm.laws.crease import CreaseLaws, crease_laws_of, elastic_effort, openings_of
 from fsm.laws.crease_sliders import Sliders, accept_sliders, slider_energy, slider_moments, sliders_of
 from fsm.model.bodies.arrays import FORCE, STORED
+from fsm.model.elements import hinges
 from fsm.model.elements.element_group import LAST, ElementKernels, bodies_of
-from fsm.model.elements.hinges import (
-    AFTER_HINGE,
-    HingeGroup,
-    keep_planar,
-    keep_spatial,
-    planar_angles,
-    planar_tangents,
-    spatial_angles,
-    spatial_tangents,
-)
+from fsm.model.elements.hinges import HingeGroup
 
-_LAWS = AFTER_HINGE
+_LAWS = hinges.AFTER_HINGE
 _FLEXIBILITY = _LAWS + len(CreaseLaws._fields)
 _SLIDERS = _FLEXIBILITY + 1
 
@@ -53,33 +45,33 @@ def _add_force(table: np.ndarray, own: np.ndarray, effort: np.ndarray, gradient:
 
 @kernel
 def _planar_force(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    angle, _, gradient = planar_angles(table, own)
+    angle, _, gradient = hinges.planar_angles(table, own)
     _add_force(table, own, _efforts(own, angle)[0], gradient)
     return 0.0
 
 
 @kernel
 def _spatial_force(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    angle, _, gradient = spatial_angles(table, own)
+    angle, _, gradient = hinges.spatial_angles(table, own)
     _add_force(table, own, _efforts(own, angle)[0], gradient)
     return 0.0
 
 
 @kernel
 def _planar_tangent(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    angle, _, gradient = planar_angles(table, own)
+    angle, _, gradient = hinges.planar_angles(table, own)
     effort, slope = _efforts(own, angle)
     _add_force(table, own, effort, gradient)
-    planar_tangents(table, own, effort, slope, np.zeros(angle.shape[0]))
+    hinges.planar_tangents(table, own, effort, slope, np.zeros(angle.shape[0]))
     return 0.0
 
 
 @kernel
 def _spatial_tangent(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    angle, _, gradient = spatial_angles(table, own)
+    angle, _, gradient = hinges.spatial_angles(table, own)
     effort, slope = _efforts(own, angle)
     _add_force(table, own, effort, gradient)
-    spatial_tangents(table, own, effort, slope, np.zeros(angle.shape[0]))
+    hinges.spatial_tangents(table, own, effort, slope, np.zeros(angle.shape[0]))
     return 0.0
 
 
@@ -113,12 +105,12 @@ def _add_stored(table: np.ndarray, own: np.ndarray, angle: np.ndarray) -> float:
 
 @kernel
 def _planar_stored(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    return _add_stored(table, own, planar_angles(table, own)[0])
+    return _add_stored(table, own, hinges.planar_angles(table, own)[0])
 
 
 @kernel
 def _spatial_stored(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    return _add_stored(table, own, spatial_angles(table, own)[0])
+    return _add_stored(table, own, hinges.spatial_angles(table, own)[0])
 
 
 @kernel
@@ -131,30 +123,32 @@ def _power(table: np.ndarray, own: np.ndarray, t: float, angle: np.ndarray, rate
 
 @kernel
 def _planar_lost(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    angle, rate, _ = planar_angles(table, own)
+    angle, rate, _ = hinges.planar_angles(table, own)
     return _power(table, own, t, angle, rate, per_second)
 
 
 @kernel
 def _spatial_lost(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    angle, rate, _ = spatial_angles(table, own)
+    angle, rate, _ = hinges.spatial_angles(table, own)
     return _power(table, own, t, angle, rate, per_second)
 
 
 @kernel
 def _planar_accept(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    accept_sliders(sliders_of(own, _SLIDERS), t, _opening(own, planar_angles(table, own)[0]))
+    accept_sliders(sliders_of(own, _SLIDERS), t, _opening(own, hinges.planar_angles(table, own)[0]))
     return 0.0
 
 
 @kernel
 def _spatial_accept(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    accept_sliders(sliders_of(own, _SLIDERS), t, _opening(own, spatial_angles(table, own)[0]))
+    accept_sliders(sliders_of(own, _SLIDERS), t, _opening(own, hinges.spatial_angles(table, own)[0]))
     return 0.0
 
 
-_PLANAR = ElementKernels(_planar_force, _planar_tangent, keep_planar, _planar_stored, _planar_lost, _planar_accept)
-_SPATIAL = ElementKernels(_spatial_force, _spatial_tangent, keep_spatial, _spatial_stored, _spatial_lost, _spatial_accept)
+_PLANAR = ElementKernels(_planar_force, _planar_tangent, hinges.keep_planar, _planar_stored, _planar_lost, _planar_accept)
+_SPATIAL = ElementKernels(
+    _spatial_force, _spatial_tangent, hinges.keep_spatial, _spatial_stored, _spatial_lost, _spatial_accept
+)
 
 
 @dataclass(frozen=True)

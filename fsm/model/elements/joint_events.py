@@ -12,40 +12,7 @@ import numpy as np
 from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d
 from fsm.kernels.jit import kernel
 from fsm.laws.one_sided import NEAR, part_of_line, part_to
-from fsm.model.elements.joint_laws import (
-    BEFORE,
-    COORDINATE,
-    EVENT,
-    FIELDS,
-    IMPACT,
-    IN_LATCH,
-    IN_STOP,
-    KEPT,
-    KINDS,
-    LATCH,
-    LATCH_AT,
-    LATCH_SENSE,
-    LATCHED,
-    LAWS,
-    LOWER,
-    MOST_EVENTS,
-    OPENS_AT,
-    PLAY,
-    RATE,
-    SLOWER,
-    SLOWEST,
-    STOP,
-    STRONG,
-    TIME,
-    UPPER,
-    before_stops,
-    kept,
-    opens,
-    part_to_parting,
-    released,
-    stops,
-    stops_after,
-)
+from fsm.model.elements import joint_laws as laws
 
 LATCHES, OPENS, HITS = range(3)
 """What happens."""
@@ -55,34 +22,37 @@ WORDS = "latch closes", "latch opens", "stop is hit"
 @kernel
 def part_before_event(own: np.ndarray, i: int, c: float, rate: float, step: float) -> float:
     """Part of a step (s), which ends at a coordinate and a rate, up to its first event; 2 without one."""
-    law, before, part = floats_2d(own, LAWS)[i], kept(own, COORDINATE, i), part_to_parting(own, i, c, rate)
-    begins, ends = step * kept(own, RATE, i), step * rate
-    if law[STOP] > 0.0:
-        part = min(part, part_to(before, c, law[UPPER], NEAR * max(1.0, abs(law[UPPER])), begins, ends))
-        part = min(part, part_to(-before, -c, -law[LOWER], NEAR * max(1.0, abs(law[LOWER])), -begins, -ends))
-    if law[LATCH] > 0.0:
-        sense, near = law[LATCH_SENSE], NEAR * max(1.0, abs(law[LATCH_AT]))
-        if kept(own, LATCHED, i) == 0.0:
-            part = min(part, part_to(sense * before, sense * c, sense * law[LATCH_AT], near, sense * begins, sense * ends))
+    law, before = floats_2d(own, laws.LAWS)[i], laws.kept(own, laws.COORDINATE, i)
+    part = laws.part_to_parting(own, i, c, rate)
+    begins, ends = step * laws.kept(own, laws.RATE, i), step * rate
+    if law[laws.STOP] > 0.0:
+        part = min(part, part_to(before, c, law[laws.UPPER], NEAR * max(1.0, abs(law[laws.UPPER])), begins, ends))
+        part = min(part, part_to(-before, -c, -law[laws.LOWER], NEAR * max(1.0, abs(law[laws.LOWER])), -begins, -ends))
+    if law[laws.LATCH] > 0.0:
+        sense, near = law[laws.LATCH_SENSE], NEAR * max(1.0, abs(law[laws.LATCH_AT]))
+        if laws.kept(own, laws.LATCHED, i) == 0.0:
+            part = min(
+                part, part_to(sense * before, sense * c, sense * law[laws.LATCH_AT], near, sense * begins, sense * ends)
+            )
         else:  # on the way back the damping of a closed latch begins at once
-            back = law[PLAY] - sense * law[LATCH_AT]
+            back = law[laws.PLAY] - sense * law[laws.LATCH_AT]
             part = min(part, part_to(-sense * before, -sense * c, back, near, -sense * begins, -sense * ends))
-        if kept(own, LATCHED, i) != 0.0 and law[OPENS_AT] < np.inf:
-            effort, most = -sense * stops(own, i, c, rate)[0], law[OPENS_AT]
-            part = min(part, part_of_line(-sense * kept(own, BEFORE, i), effort, most, STRONG * most))
+        if laws.kept(own, laws.LATCHED, i) != 0.0 and law[laws.OPENS_AT] < np.inf:
+            effort, most = -sense * laws.stops(own, i, c, rate)[0], law[laws.OPENS_AT]
+            part = min(part, part_of_line(-sense * laws.kept(own, laws.BEFORE, i), effort, most, laws.STRONG * most))
     return part
 
 
 @kernel
 def _add(own: np.ndarray, what: int, i: int, t: float, rate: float, c: float) -> int:
     """Add an event; returns its number from 1 on, or 0 if there is no place left, which only counts it."""
-    memory = floats_1d(own, KEPT)
-    begin = FIELDS * integers_1d(own, KINDS).shape[0]
+    memory = floats_1d(own, laws.KEPT)
+    begin = laws.FIELDS * integers_1d(own, laws.KINDS).shape[0]
     number = int(memory[begin])
     memory[begin] = number + 1.0
-    if number >= MOST_EVENTS:
+    if number >= laws.MOST_EVENTS:
         return 0
-    first = begin + 1 + EVENT * number
+    first = begin + 1 + laws.EVENT * number
     memory[first], memory[first + 1], memory[first + 2], memory[first + 3] = float(what), float(i), t, rate
     memory[first + 4] = memory[first + 5] = 0.0
     memory[first + 6], memory[first + 7] = c, 1.0
@@ -94,8 +64,8 @@ def _follow(own: np.ndarray, number: int, effort: float, impulse: float, touchin
     """Add to the impulse of an event while it lasts, and keep the largest effort."""
     if number <= 0:
         return
-    memory = floats_1d(own, KEPT)
-    first = FIELDS * integers_1d(own, KINDS).shape[0] + 1 + EVENT * (number - 1)
+    memory = floats_1d(own, laws.KEPT)
+    first = laws.FIELDS * integers_1d(own, laws.KINDS).shape[0] + 1 + laws.EVENT * (number - 1)
     memory[first + 5] = max(memory[first + 5], abs(effort))
     if memory[first + 7] > 0.0:
         memory[first + 4] += impulse
@@ -108,49 +78,49 @@ def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> flo
     """Close and open the latch of a coordinate, and note events of latch and stop, at the end of a step; returns the energy
     of a latch that opens, J.
     """
-    law, memory, m = floats_2d(own, LAWS)[i], floats_1d(own, KEPT), integers_1d(own, KINDS).shape[0]
-    before, c_before, impact = memory[BEFORE * m + i], memory[COORDINATE * m + i], memory[IMPACT * m + i]
-    step = t - memory[TIME * m + i]
-    memory[TIME * m + i] = t
-    if law[STOP] == 0.0 and law[LATCH] == 0.0:
+    law, memory, m = floats_2d(own, laws.LAWS)[i], floats_1d(own, laws.KEPT), integers_1d(own, laws.KINDS).shape[0]
+    before, c_before, impact = memory[laws.BEFORE * m + i], memory[laws.COORDINATE * m + i], memory[laws.IMPACT * m + i]
+    step = t - memory[laws.TIME * m + i]
+    memory[laws.TIME * m + i] = t
+    if law[laws.STOP] == 0.0 and law[laws.LATCH] == 0.0:
         return 0.0
-    if law[LATCH] > 0.0 and memory[LATCHED * m + i] == 0.0:
-        past, near = law[LATCH_SENSE] * (c - law[LATCH_AT]), NEAR * max(1.0, abs(law[LATCH_AT]))
-        if past >= -near and abs(rate) <= law[SLOWER]:
-            way = law[LATCH_SENSE] * (c - c_before)
+    if law[laws.LATCH] > 0.0 and memory[laws.LATCHED * m + i] == 0.0:
+        past, near = law[laws.LATCH_SENSE] * (c - law[laws.LATCH_AT]), NEAR * max(1.0, abs(law[laws.LATCH_AT]))
+        if past >= -near and abs(rate) <= law[laws.SLOWER]:
+            way = law[laws.LATCH_SENSE] * (c - c_before)
             back = max(past, 0.0) / way if way > past else 0.0  # part of the step after the latch
-            speed = law[LATCH_SENSE] * impact
+            speed = law[laws.LATCH_SENSE] * impact
             # a stop at the same place has changed the rate of a light edge at once
-            if past <= near or stops(own, i, c, rate)[0] == 0.0:
+            if past <= near or laws.stops(own, i, c, rate)[0] == 0.0:
                 speed += (1.0 - back) * (rate - speed)
-            memory[LATCHED * m + i] = 1.0
-            memory[IN_LATCH * m + i] = _add(own, LATCHES, i, t - back * step, speed, law[LATCH_AT])
-    effort = stops_after(own, i, c, c, rate)[0]
-    outside = c < law[LOWER] or c > law[UPPER]
-    if law[STOP] > 0.0 and outside and memory[IN_STOP * m + i] == 0.0:
-        limit = law[LOWER] if c < law[LOWER] else law[UPPER]
+            memory[laws.LATCHED * m + i] = 1.0
+            memory[laws.IN_LATCH * m + i] = _add(own, LATCHES, i, t - back * step, speed, law[laws.LATCH_AT])
+    effort = laws.stops_after(own, i, c, c, rate)[0]
+    outside = c < law[laws.LOWER] or c > law[laws.UPPER]
+    if law[laws.STOP] > 0.0 and outside and memory[laws.IN_STOP * m + i] == 0.0:
+        limit = law[laws.LOWER] if c < law[laws.LOWER] else law[laws.UPPER]
         way = abs(c - c_before)
         back = abs(c - limit) / way if way > abs(c - limit) else 0.0
-        sign = -1.0 if c < law[LOWER] else 1.0
-        impact = abs(rate) if before_stops(own, i, c) else impact
+        sign = -1.0 if c < law[laws.LOWER] else 1.0
+        impact = abs(rate) if laws.before_stops(own, i, c) else impact
         # a coordinate that rests on a stop, as at the start, does not hit it
-        rests = abs(impact) < law[SLOWEST] and sign * (c_before - limit) >= -NEAR * max(1.0, abs(limit))
-        memory[IN_STOP * m + i] = -1.0 if rests else _add(own, HITS, i, t - back * step, sign * impact, limit)
+        rests = abs(impact) < law[laws.SLOWEST] and sign * (c_before - limit) >= -NEAR * max(1.0, abs(limit))
+        memory[laws.IN_STOP * m + i] = -1.0 if rests else _add(own, HITS, i, t - back * step, sign * impact, limit)
     touching, impulse = effort != 0.0, 0.0
     if step > 0.0:  # Simpson's rule, with the middle of the cubic between both states
-        faster = memory[RATE * m + i]
+        faster = memory[laws.RATE * m + i]
         middle = 0.5 * (c_before + c) + 0.125 * step * (faster - rate)
-        between = stops(own, i, middle, 1.5 * (c - c_before) / step - 0.25 * (faster + rate))[0]
-        impulse = abs(before + 4.0 * between + stops(own, i, c, rate)[0]) * step / 6.0
-    for which in (IN_STOP, IN_LATCH):
+        between = laws.stops(own, i, middle, 1.5 * (c - c_before) / step - 0.25 * (faster + rate))[0]
+        impulse = abs(before + 4.0 * between + laws.stops(own, i, c, rate)[0]) * step / 6.0
+    for which in (laws.IN_STOP, laws.IN_LATCH):
         _follow(own, int(memory[which * m + i]), effort, impulse, touching)
     if not outside:
-        memory[IN_STOP * m + i] = 0.0
-    opened = released(own, i, c, rate)
-    if opens(own, i, c, rate):
-        memory[LATCHED * m + i] = -1.0
-        memory[IN_LATCH * m + i] = 0.0
+        memory[laws.IN_STOP * m + i] = 0.0
+    opened = laws.released(own, i, c, rate)
+    if laws.opens(own, i, c, rate):
+        memory[laws.LATCHED * m + i] = -1.0
+        memory[laws.IN_LATCH * m + i] = 0.0
         _add(own, OPENS, i, t, rate, c)
-        effort = stops_after(own, i, c, c, rate)[0]
-    memory[BEFORE * m + i] = effort
+        effort = laws.stops_after(own, i, c, c, rate)[0]
+    memory[laws.BEFORE * m + i] = effort
     return opened

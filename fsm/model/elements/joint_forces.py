@@ -21,56 +21,18 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.programs import Program, table_of
 from fsm.kernels.scatter import add_block
 from fsm.model.bodies.arrays import DAMPING, DOF, FORCE, POSES, RATES, STIFFNESS, STORED, pattern_of
+from fsm.model.elements import joint_laws as law
 from fsm.model.elements.element_group import LAST, ElementGroup, ElementKernels, bodies_of
 from fsm.model.elements.joint_events import WORDS, note_events, part_before_event
-from fsm.model.elements.joint_laws import (
-    COORDINATE,
-    DAMPER,
-    EVENT,
-    EVENTS,
-    FIELDS,
-    FOLLOWS,
-    FRICTION,
-    KEPT,
-    KINDS,
-    LATCH_DAMPER,
-    LATCHED,
-    LINES,
-    LOWER,
-    MOST_EVENTS,
-    MOTOR,
-    NO_MOTOR,
-    OF_DAMPER,
-    OPENS_AT,
-    RATIO,
-    REBOUND,
-    SLIDER,
-    SLOWER,
-    SPRING_BEGINS,
-    SPRING_SLID,
-    SPRING_SLIDER,
-    STOP_DAMPER,
-    TABLES,
-    UPPER,
-    harness,
-    kept,
-    law_at,
-    lost_in_step,
-    mean_loss_of_stops,
-    motor,
-    released,
-    remember,
-    stops,
-)
 
 
 @kernel
 def _coordinate(poses: np.ndarray, own: np.ndarray, i: int, gradient: np.ndarray, hessian: np.ndarray) -> float:
     """Coordinate of a row, with all its turns, and its derivatives."""
-    bodies, kind = bodies_of(own), integers_1d(own, KINDS)[i]
-    c = opening(kind, poses[bodies[i, 0]], poses[bodies[i, 1]], floats_2d(own, LINES)[i], 0.0, gradient, hessian)
+    bodies, kind = bodies_of(own), integers_1d(own, law.KINDS)[i]
+    c = opening(kind, poses[bodies[i, 0]], poses[bodies[i, 1]], floats_2d(own, law.LINES)[i], 0.0, gradient, hessian)
     if kind == TURN:
-        c += 2.0 * np.pi * np.round((kept(own, COORDINATE, i) - c) / (2.0 * np.pi))
+        c += 2.0 * np.pi * np.round((law.kept(own, law.COORDINATE, i) - c) / (2.0 * np.pi))
     return float(c)
 
 
@@ -96,7 +58,7 @@ def _force(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> f
     force, bodies, gradient, hessian = floats_2d(table, FORCE), bodies_of(own), np.empty(12), np.empty((0, 12))
     for i in range(bodies.shape[0]):
         c = _coordinate(floats_2d(table, POSES), own, i, gradient, hessian)
-        effort = law_at(own, i, t, c, _rate_or_mean(table, own, i, c, gradient, per_second), 0.0)[0]
+        effort = law.law_at(own, i, t, c, _rate_or_mean(table, own, i, c, gradient, per_second), 0.0)[0]
         for side in range(2):
             for k in range(6):
                 force[bodies[i, side], k] -= effort * gradient[6 * side + k]
@@ -111,7 +73,7 @@ def _tangent(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
     for i in range(bodies.shape[0]):
         c = _coordinate(floats_2d(table, POSES), own, i, gradient, hessian)
         rate = _rate_or_mean(table, own, i, c, gradient, per_second)
-        effort, by_c, by_rate, _, _, _ = law_at(own, i, t, c, rate, 0.0)
+        effort, by_c, by_rate, _, _, _ = law.law_at(own, i, t, c, rate, 0.0)
         for side in range(2):
             for k in range(6):
                 force[bodies[i, side], k] -= effort * gradient[6 * side + k]
@@ -147,8 +109,8 @@ def _stored(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> 
     gradient, hessian, total, poses = np.empty(12), np.empty((0, 12)), 0.0, floats_2d(table, POSES)
     for i in range(bodies_of(own).shape[0]):
         c = _coordinate(poses, own, i, gradient, hessian)
-        total += law_at(own, i, t, c, 0.0, 0.0)[3]
-        total -= released(own, i, c, _rate(floats_2d(table, RATES), own, i, gradient))
+        total += law.law_at(own, i, t, c, 0.0, 0.0)[3]
+        total -= law.released(own, i, c, _rate(floats_2d(table, RATES), own, i, gradient))
     floats_1d(table, STORED)[0] += total
     return 0.0
 
@@ -161,13 +123,13 @@ def _lost(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> fl
         c = _coordinate(poses, own, i, gradient, hessian)
         middle = 0.5 * (c + floats_1d(own, LAST)[i]) if per_second > 0.0 else c
         rate = _rate_or_mean(table, own, i, c, gradient, per_second)
-        _, _, _, _, lost, put_in = law_at(own, i, t, middle, rate, per_second)
+        _, _, _, _, lost, put_in = law.law_at(own, i, t, middle, rate, per_second)
         total += lost
         if per_second > 0.0:
-            put_in = law_at(own, i, t, c, _rate(floats_2d(table, RATES), own, i, gradient), 0.0)[5]
-            total += mean_loss_of_stops(own, i, floats_1d(own, LAST)[i], c, rate)
-            kept_loss = lost_in_step(own, i, floats_1d(own, LAST)[i], c, rate)
-            kept_loss += released(own, i, c, _rate(floats_2d(table, RATES), own, i, gradient))
+            put_in = law.law_at(own, i, t, c, _rate(floats_2d(table, RATES), own, i, gradient), 0.0)[5]
+            total += law.mean_loss_of_stops(own, i, floats_1d(own, LAST)[i], c, rate)
+            kept_loss = law.lost_in_step(own, i, floats_1d(own, LAST)[i], c, rate)
+            kept_loss += law.released(own, i, c, _rate(floats_2d(table, RATES), own, i, gradient))
             kept_loss *= per_second
             floats_1d(table, STORED)[3] += kept_loss
             total += kept_loss
@@ -192,7 +154,7 @@ def _accept(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> 
     for i in range(bodies_of(own).shape[0]):
         c = _coordinate(floats_2d(table, POSES), own, i, gradient, hessian)
         rate = _rate(floats_2d(table, RATES), own, i, gradient)
-        remember(own, i, c, rate, note_events(own, i, t, c, rate))
+        law.remember(own, i, c, rate, note_events(own, i, t, c, rate))
     return 0.0
 
 
@@ -203,9 +165,9 @@ def joint_states(own: np.ndarray, poses: np.ndarray, rates: np.ndarray, t: float
     for i in range(found.shape[0]):
         c = _coordinate(poses, own, i, gradient, hessian)
         rate = _rate(rates, own, i, gradient)
-        found[i, 0], found[i, 1], found[i, 2] = c, rate, law_at(own, i, t, c, rate, 0.0)[0]
-        found[i, 3], found[i, 4] = stops(own, i, c, rate)[0], harness(own, i, c, rate)[0]
-        found[i, 5] = motor(own, i, t, rate)[0]
+        found[i, 0], found[i, 1], found[i, 2] = c, rate, law.law_at(own, i, t, c, rate, 0.0)[0]
+        found[i, 3], found[i, 4] = law.stops(own, i, c, rate)[0], law.harness(own, i, c, rate)[0]
+        found[i, 5] = law.motor(own, i, t, rate)[0]
 
 
 _KERNELS = ElementKernels(_force, _tangent, _keep, _stored, _lost, _accept, part=_part)
@@ -263,14 +225,16 @@ class JointForceGroup(ElementGroup):
     @cached_property
     def rate_dependent(self) -> bool:
         """See `Group`."""
-        tables = np.diff(self.first)[OF_DAMPER::TABLES]
-        columns = [DAMPER, STOP_DAMPER, LATCH_DAMPER, REBOUND, FRICTION, FOLLOWS]
-        return self.varies or bool(np.any(self.laws[:, columns]) or np.any(tables) or np.any(self.laws[:, MOTOR] > NO_MOTOR))
+        tables = np.diff(self.first)[law.OF_DAMPER::law.TABLES]
+        columns = [law.DAMPER, law.STOP_DAMPER, law.LATCH_DAMPER, law.REBOUND, law.FRICTION, law.FOLLOWS]
+        return self.varies or bool(
+            np.any(self.laws[:, columns]) or np.any(tables) or np.any(self.laws[:, law.MOTOR] > law.NO_MOTOR)
+        )
 
     @cached_property
     def looks_back(self) -> bool:
         """See `ElementGroup`; also what is lost in a step: sliders, and latches that open."""
-        slides, opens = self.laws[:, [SLIDER, SPRING_SLIDER]], self.laws[:, OPENS_AT] < math.inf
+        slides, opens = self.laws[:, [law.SLIDER, law.SPRING_SLIDER]], self.laws[:, law.OPENS_AT] < math.inf
         return self.rate_dependent or bool(np.any(slides) or np.any(opens))
 
     def break_times(self) -> set[float]:
@@ -280,21 +244,21 @@ class JointForceGroup(ElementGroup):
     @property
     def memory_of(self) -> np.ndarray:
         """Memory (`FIELDS` m + 1 + n,) at the last accepted state, see `joint_laws`, then number and rows of events."""
-        return self.arrays[KEPT - KINDS]
+        return self.arrays[law.KEPT - law.KINDS]
 
     @property
     def first_memory(self) -> np.ndarray:
         """See `ElementGroup`."""
-        memory = np.zeros(FIELDS * len(self.start) + 1 + EVENTS)
-        memory[COORDINATE * len(self.start) :][: len(self.start)] = self.start
-        memory[SPRING_SLID * len(self.start) :][: len(self.start)] = self.laws[:, SPRING_BEGINS]
+        memory = np.zeros(law.FIELDS * len(self.start) + 1 + law.EVENTS)
+        memory[law.COORDINATE * len(self.start) :][: len(self.start)] = self.start
+        memory[law.SPRING_SLID * len(self.start) :][: len(self.start)] = self.laws[:, law.SPRING_BEGINS]
         return memory
 
     def make_idle(self, i: int) -> None:
         """Set all laws of a row to zero."""
         self.laws[i] = 0.0
-        self.laws[i, [LOWER, UPPER, SLOWER, OPENS_AT, RATIO]] = -np.inf, np.inf, np.inf, np.inf, 1.0
-        self.rows[self.first[TABLES * i] : self.first[TABLES * (i + 1)], 1:] = 0.0
+        self.laws[i, [law.LOWER, law.UPPER, law.SLOWER, law.OPENS_AT, law.RATIO]] = -np.inf, np.inf, np.inf, np.inf, 1.0
+        self.rows[self.first[law.TABLES * i] : self.first[law.TABLES * (i + 1)], 1:] = 0.0
 
     def row_of(self, name: str) -> int:
         """Row of a channel."""
@@ -302,14 +266,15 @@ class JointForceGroup(ElementGroup):
 
     def latched(self, name: str) -> bool:
         """Whether the latch of a channel is closed."""
-        return bool(self.memory_of[LATCHED * len(self.start) + self.row_of(name)] > 0.0)
+        return bool(self.memory_of[law.LATCHED * len(self.start) + self.row_of(name)] > 0.0)
 
     def events(self) -> list[dict[str, Any]]:
         """Events so far in the order of time; of more than 256 the first."""
-        begin = FIELDS * len(self.start)
-        count = min(int(self.memory_of[begin]), MOST_EVENTS)
+        begin = law.FIELDS * len(self.start)
+        count = min(int(self.memory_of[begin]), law.MOST_EVENTS)
         found = []
-        for what, i, time, rate, impulse, largest, at, _ in self.memory_of[begin + 1 :].reshape(-1, EVENT)[:count].tolist():
+        events = self.memory_of[begin + 1 :].reshape(-1, law.EVENT)[:count]
+        for what, i, time, rate, impulse, largest, at, _ in events.tolist():
             name, unit = self.names[int(i)].removeprefix("joint."), "rad" if self.kinds[int(i)] == TURN else "m"
             found.append(
                 {"time": time, "what": WORDS[int(what)], "joint": name, "coordinate": at, "rate_before": rate,
@@ -328,6 +293,6 @@ def joint_events(system: Any) -> tuple[dict[str, list[dict[str, Any]]], list[str
     """Events of the joints of a system for its summary, empty without any, and a warning of events that are not listed."""
     groups = [group for group in getattr(system, "groups", ()) if isinstance(group, JointForceGroup)]
     found = [event for group in groups for event in group.events()]
-    total = sum(int(group.memory_of[FIELDS * len(group.start)]) for group in groups)
+    total = sum(int(group.memory_of[law.FIELDS * len(group.start)]) for group in groups)
     text = f"{total:,} events of stops and latches, of which the first {len(found)} are listed; more damping ends them"
     return {"joint_events": found} if found else {}, [text] if total > len(found) else []

@@ -6,21 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fsm.interactions.joint_tree import (
-    CHILD,
-    FIRST_COORDINATE,
-    FIRST_RATE,
-    FIRST_TURN,
-    INSIDE,
-    PARENT,
-    POINT,
-    RATES,
-    SECOND_TURN,
-    SLIDE,
-    SLIDES,
-    TURNS,
-    JointTree,
-)
+from fsm.interactions import joint_tree as place
+from fsm.interactions.joint_tree import JointTree
 from fsm.interactions.openings import ACROSS, ALONG, TURN
 from fsm.model.elements.element_group import ElementGroup
 from fsm.model.elements.joints import JointGroup
@@ -44,8 +31,8 @@ def joint_tree(locking: Sequence[ElementGroup], n_bodies: int, free: np.ndarray,
     bodies = n_bodies if links else 0
     rows, inverse, felt = np.zeros((3, links, 6, 6))
     tree = JointTree(
-        np.zeros((links, INSIDE + 1), dtype=np.int64), np.full(links, -1, dtype=np.int64), np.zeros(openings),
-        np.zeros((links, SECOND_TURN + 3)), np.zeros((links, 7)), rows, felt, inverse, np.zeros((links, 6)),
+        np.zeros((links, place.INSIDE + 1), dtype=np.int64), np.full(links, -1, dtype=np.int64), np.zeros(openings),
+        np.zeros((links, place.SECOND_TURN + 3)), np.zeros((links, 7)), rows, felt, inverse, np.zeros((links, 6)),
         np.zeros((links, 6)), np.zeros((links, 3)), np.zeros((bodies, 3)), np.zeros((bodies, 6, 6)), np.zeros((bodies, 6)),
         np.zeros((bodies, 6)), np.zeros((7, 6)),
     )  # fmt: skip
@@ -66,8 +53,8 @@ def set_tree(tree: JointTree, group: ElementGroup | None, free: np.ndarray) -> N
     at = of = 0
     for link, axes, (k, row) in zip(tree.links, tree.axes, enumerate(rows), strict=True):
         parent, tree.stands[k], child, axes[:], slides, turns, inside = row
-        link[[PARENT, CHILD, SLIDES, TURNS, INSIDE]] = parent, child, slides, turns, inside
-        link[[FIRST_COORDINATE, FIRST_RATE, RATES]] = at, of, slides + turns
+        link[[place.PARENT, place.CHILD, place.SLIDES, place.TURNS, place.INSIDE]] = parent, child, slides, turns, inside
+        link[[place.FIRST_COORDINATE, place.FIRST_RATE, place.RATES]] = at, of, slides + turns
         at, of = at + slides + (4 if turns == 3 else turns), of + slides + turns
 
 
@@ -92,8 +79,8 @@ def _rows(group: JointGroup, free: np.ndarray) -> list[_Row] | None:
         at = next((k for k, (_, *ends) in enumerate(left) if any(end not in moves or end in placed for end in ends)), None)
         if at is None:  # a body without joints to the ground begins a tree
             body = next(body for body in free.tolist() if body not in placed)
-            axes = np.zeros(SECOND_TURN + 3)
-            axes[SLIDE : SLIDE + 9] = np.eye(3).ravel()
+            axes = np.zeros(place.SECOND_TURN + 3)
+            axes[place.SLIDE : place.SLIDE + 9] = np.eye(3).ravel()
             rows.append((-1, -1, body, axes, 3, 3, 0))
             placed.add(body)
             continue
@@ -138,9 +125,9 @@ def _axes(kinds: np.ndarray, constants: np.ndarray, turned: bool) -> tuple[np.nd
             other = point
         else:
             point = np.linalg.lstsq(along[:, :3], along[:, 6])[0]
-    found = np.zeros(SECOND_TURN + 3)
-    found[SLIDE : SLIDE + slides.size] = slides.ravel()
-    found[POINT : POINT + 3], found[FIRST_TURN : FIRST_TURN + 3], found[SECOND_TURN:] = point, axis, other
+    found = np.zeros(place.SECOND_TURN + 3)
+    found[place.SLIDE : place.SLIDE + slides.size] = slides.ravel()
+    found[place.POINT : place.SECOND_TURN + 3] = *point, *axis, *other
     return found, len(slides), turns, int(turned and len(slides) > 0)
 
 

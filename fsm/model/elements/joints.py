@@ -26,26 +26,7 @@ from fsm.kernels.pieces import pieces_at, program_at
 from fsm.kernels.programs import Pieces, Program, table_of
 from fsm.kernels.rotation import rotation_matrix
 from fsm.kernels.scatter import add_block
-from fsm.model.bodies.arrays import (
-    AT_ACCELERATIONS,
-    AT_GIVEN,
-    AT_RATES,
-    BEND,
-    CLOSE,
-    DOF,
-    FORCE,
-    KEEP,
-    LARGEST,
-    MEASURE,
-    POSES,
-    RATES,
-    STEP,
-    STIFFNESS,
-    STORED,
-    SWAP,
-    WORK,
-    pattern_of,
-)
+from fsm.model.bodies import arrays as row
 from fsm.model.elements.element_group import OWN, ElementGroup, ElementKernels, bodies_of, nothing
 
 _KINDS, _CONSTANTS, _MASSES, _PENALTY, _EFFORT, _VALUE, _GRADIENT, _BEND, _KEPT, _TURNS, _LINES = range(OWN, OWN + 11)
@@ -68,7 +49,7 @@ _TURN = 2.0
 @kernel
 def _measure(table: np.ndarray, own: np.ndarray, t: float, i: int, hessian: np.ndarray) -> None:
     """Write value and gradient of an opening at a time (s), and its second derivatives."""
-    poses, bodies = floats_2d(table, POSES), bodies_of(own)
+    poses, bodies = floats_2d(table, row.POSES), bodies_of(own)
     floats_1d(own, _VALUE)[i] = opening(
         integers_1d(own, _KINDS)[i], poses[bodies[i, 0]], poses[bodies[i, 1]], floats_2d(own, _CONSTANTS)[i],
         _prescribed(own, t, i)[0], floats_2d(own, _GRADIENT)[i], hessian,
@@ -104,7 +85,7 @@ def _along(rates: np.ndarray, bodies: np.ndarray, gradient: np.ndarray) -> float
 
 @kernel
 def _force(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    force, bodies, gradient = floats_2d(table, FORCE), bodies_of(own), floats_2d(own, _GRADIENT)
+    force, bodies, gradient = floats_2d(table, row.FORCE), bodies_of(own), floats_2d(own, _GRADIENT)
     effort, penalty, value, hessian = _efforts(own), floats_1d(own, _PENALTY), floats_1d(own, _VALUE), np.empty((0, 12))
     for i in range(bodies.shape[0]):
         if effort[i] == 0.0 and penalty[i] == 0.0:
@@ -121,10 +102,10 @@ def _efforts(own: np.ndarray) -> np.ndarray:
 
 @kernel
 def _tangent(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    force, bodies, gradient = floats_2d(table, FORCE), bodies_of(own), floats_2d(own, _GRADIENT)
+    force, bodies, gradient = floats_2d(table, row.FORCE), bodies_of(own), floats_2d(own, _GRADIENT)
     effort, penalty, value, block = _efforts(own), floats_1d(own, _PENALTY), floats_1d(own, _VALUE), np.empty((12, 12))
     still = floats_1d(own, _STILL)[0] > 0.0
-    stiffness, dof, p = floats_3d(table, STIFFNESS), integers_1d(table, DOF), pattern_of(table)
+    stiffness, dof, p = floats_3d(table, row.STIFFNESS), integers_1d(table, row.DOF), row.pattern_of(table)
     for i in range(bodies.shape[0]):
         _measure(table, own, t, i, block)
         total = effort[i] + penalty[i] * value[i]
@@ -173,18 +154,18 @@ def _advance(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
     The task t is `STEP`, or `AGAIN` to replace the last part by another one. `WORK` returns the work of the penalties along
     the increment instead, and `LARGEST` the largest force of a multiplier, N; moments count over the length of a body.
     """
-    rates, bodies, gradient = floats_2d(table, RATES), bodies_of(own), floats_2d(own, _GRADIENT)
+    rates, bodies, gradient = floats_2d(table, row.RATES), bodies_of(own), floats_2d(own, _GRADIENT)
     effort, penalty, value = _efforts(own), floats_1d(own, _PENALTY), floats_1d(own, _VALUE)
     felt, change, still, work = floats_1d(own, _FELT), floats_1d(own, _CHANGE), floats_1d(own, _STILL), 0.0
-    if t == LARGEST:
+    if t == row.LARGEST:
         for i in range(effort.shape[0]):
             work = max(work, abs(effort[i]) / np.sqrt(2.0 * floats_1d(own, _SIZES)[i]) / still[2])
         return work
-    if t == WORK:
+    if t == row.WORK:
         for i in range(effort.shape[0]):
             work += penalty[i] * value[i] * _along(rates, bodies[i], gradient[i])
         return work
-    if t == STEP:
+    if t == row.STEP:
         still[1] = 0.0
         for i in range(effort.shape[0]):
             change[i] = penalty[i] * (value[i] + _along(rates, bodies[i], gradient[i]))
@@ -207,33 +188,33 @@ def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
     exchange the present multipliers and the kept ones. The error is the sum of m y^2 over all openings.
     """
     task = int(per_second)
-    force, rates, bodies = floats_2d(table, FORCE), floats_2d(table, RATES), bodies_of(own)
+    force, rates, bodies = floats_2d(table, row.FORCE), floats_2d(table, row.RATES), bodies_of(own)
     gradient, value = floats_2d(own, _GRADIENT), floats_1d(own, _VALUE)
     effort, masses, bends = _efforts(own), floats_1d(own, _MASSES), floats_1d(own, _BEND)
-    if task == SWAP:
+    if task == row.SWAP:
         swap(effort, floats_1d(own, _KEPT))
         return 0.0
-    if task == KEEP:
+    if task == row.KEEP:
         kept, penalty, felt = floats_1d(own, _KEPT), floats_1d(own, _PENALTY), floats_1d(own, _FELT)
         for i in range(effort.shape[0]):
             kept[i], penalty[i], felt[i] = effort[i], 0.0, effort[i]
         return 0.0
-    if task == MEASURE:
+    if task == row.MEASURE:
         _measure_all(table, own, t)
         return 0.0
-    if task == BEND:
+    if task == row.BEND:
         _bend_all(table, own)
         return 0.0
     error = 0.0
     for i in range(bodies.shape[0]):
         _, speed, pick_up = _prescribed(own, t, i)
-        rate = value[i] if task == CLOSE else _along(rates, bodies[i], gradient[i])
-        if task == AT_RATES:
+        rate = value[i] if task == row.CLOSE else _along(rates, bodies[i], gradient[i])
+        if task == row.AT_RATES:
             rate -= speed
-        if task in (AT_ACCELERATIONS, AT_GIVEN):
+        if task in (row.AT_ACCELERATIONS, row.AT_GIVEN):
             rate += bends[i] - pick_up
         total = PROJECTION * masses[i] * rate
-        if task == AT_ACCELERATIONS:
+        if task == row.AT_ACCELERATIONS:
             effort[i] += total
             total += effort[i]
         _push(force, bodies[i], gradient[i], total)
@@ -251,9 +232,9 @@ def swap(efforts: np.ndarray, kept: np.ndarray) -> None:
 @kernel
 def _measure_all(table: np.ndarray, own: np.ndarray, t: float) -> None:
     """Openings and their penalties, with multipliers of zero."""
-    bodies, stiffness, hessian = bodies_of(own), floats_3d(table, STIFFNESS), np.empty((0, 12))
+    bodies, stiffness, hessian = bodies_of(own), floats_3d(table, row.STIFFNESS), np.empty((0, 12))
     gradient, masses, effort = floats_2d(own, _GRADIENT), floats_1d(own, _MASSES), _efforts(own)
-    dof, p, block, last = integers_1d(table, DOF), pattern_of(table), np.zeros((12, 12)), bodies.shape[0] - 1
+    dof, p, block, last = integers_1d(table, row.DOF), row.pattern_of(table), np.zeros((12, 12)), bodies.shape[0] - 1
     for i in range(bodies.shape[0]):
         _measure(table, own, t, i, hessian)
         effort[i] = 0.0
@@ -269,7 +250,8 @@ def _measure_all(table: np.ndarray, own: np.ndarray, t: float) -> None:
 @kernel
 def _bend_all(table: np.ndarray, own: np.ndarray) -> None:
     """Second derivatives in time of the openings at constant rates."""
-    poses, rates, bodies, bends = floats_2d(table, POSES), floats_2d(table, RATES), bodies_of(own), floats_1d(own, _BEND)
+    poses, rates, bodies = floats_2d(table, row.POSES), floats_2d(table, row.RATES), bodies_of(own)
+    bends = floats_1d(own, _BEND)
     kinds, constants, speed = integers_1d(own, _KINDS), floats_2d(own, _CONSTANTS), np.empty(12)
     for i in range(bodies.shape[0]):
         first, second = bodies[i, 0], bodies[i, 1]
@@ -280,8 +262,8 @@ def _bend_all(table: np.ndarray, own: np.ndarray) -> None:
 @kernel
 def _part(table: np.ndarray, own: np.ndarray, t: float, step: float) -> float:
     """Shorten a step in which an angle may turn by more than half a turn."""
-    poses, turns, lines = floats_2d(table, POSES), integers_2d(own, _TURNS), floats_2d(own, _LINES)
-    gradient, hessian, rates, most = np.empty(12), np.empty((0, 12)), floats_2d(table, RATES), 0.0
+    poses, turns, lines = floats_2d(table, row.POSES), integers_2d(own, _TURNS), floats_2d(own, _LINES)
+    gradient, hessian, rates, most = np.empty(12), np.empty((0, 12)), floats_2d(table, row.RATES), 0.0
     for i in range(turns.shape[0]):
         opening(TURN, poses[turns[i, 0]], poses[turns[i, 1]], lines[i], 0.0, gradient, hessian)
         most = max(most, abs(_along(rates, turns[i], gradient)) * step)
@@ -291,7 +273,7 @@ def _part(table: np.ndarray, own: np.ndarray, t: float, step: float) -> float:
 @kernel
 def _accept(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     """Count the turns of all angles; at rest, keep the multipliers."""
-    poses, turns, lines = floats_2d(table, POSES), integers_2d(own, _TURNS), floats_2d(own, _LINES)
+    poses, turns, lines = floats_2d(table, row.POSES), integers_2d(own, _TURNS), floats_2d(own, _LINES)
     kept, count, gradient, hessian = floats_1d(own, _KEPT), _efforts(own).shape[0], np.empty(12), np.empty((0, 12))
     if floats_1d(own, _STILL)[0] > 0.0:
         for i in range(count):
@@ -308,7 +290,7 @@ def _put_in(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> 
 
     Speeds are those at t, or mean values over a step that ends at t (`per_second` positive) or begins there (negative).
     """
-    effort, stored = _efforts(own), floats_1d(table, STORED)
+    effort, stored = _efforts(own), floats_1d(table, row.STORED)
     for i in range(effort.shape[0]):
         at, speed, _ = _prescribed(own, t, i)
         if per_second != 0.0 and floats_1d(own, _STILL)[0] > 0.0:

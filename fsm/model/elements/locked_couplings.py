@@ -13,43 +13,16 @@ import numpy as np
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_block
-from fsm.model.bodies.arrays import (
-    AT_ACCELERATIONS,
-    AT_GIVEN,
-    BEND,
-    CLOSE,
-    DOF,
-    KEEP,
-    LARGEST,
-    MEASURE,
-    RATES,
-    STEP,
-    STIFFNESS,
-    SWAP,
-    WORK,
-    pattern_of,
-)
+from fsm.model.bodies import arrays as rows
 from fsm.model.bodies.group import BodyState
-from fsm.model.elements.couplings import (
-    ANGLES,
-    EFFORTS,
-    FIRST_PARAMETER,
-    GRADIENTS,
-    KEPT,
-    KERNELS,
-    STIFFNESSES,
-    Coupling,
-    CouplingGroup,
-    accept,
-    add_efforts,
-    bends_of,
-    ends_of,
-    measure_coordinates,
-)
+from fsm.model.elements import couplings
+from fsm.model.elements.couplings import Coupling, CouplingGroup
 from fsm.model.elements.element_group import OWN, bodies_of
 from fsm.model.elements.joints import PROJECTION, again, penalty_of, swap
 
-_RATIOS, _MASSES, _PENALTY, _EFFORT, _BEND, _VALUE, _STILL, _SIZES, _CHANGE = range(FIRST_PARAMETER, FIRST_PARAMETER + 9)
+_RATIOS, _MASSES, _PENALTY, _EFFORT, _BEND, _VALUE, _STILL, _SIZES, _CHANGE = range(
+    couplings.FIRST_PARAMETER, couplings.FIRST_PARAMETER + 9
+)
 _ROUND_OFF = 16.0 * float(np.finfo(float).eps)
 """Opening relative to the coordinates, below which it is round-off and counts as zero."""
 
@@ -57,7 +30,8 @@ _ROUND_OFF = 16.0 * float(np.finfo(float).eps)
 @kernel
 def _put(own: np.ndarray, i: int, effort: float, slope: float) -> None:
     """Write efforts and their derivatives of a coupling of this effort on its opening."""
-    ratios, efforts, by_angle = floats_2d(own, _RATIOS), floats_2d(own, EFFORTS), floats_3d(own, STIFFNESSES)
+    ratios, efforts = floats_2d(own, _RATIOS), floats_2d(own, couplings.EFFORTS)
+    by_angle = floats_3d(own, couplings.STIFFNESSES)
     for j in range(ratios.shape[1]):
         efforts[i, j] = ratios[i, j] * effort
         for k in range(ratios.shape[1]):
@@ -67,7 +41,7 @@ def _put(own: np.ndarray, i: int, effort: float, slope: float) -> None:
 @kernel
 def _opening(own: np.ndarray, i: int) -> float:
     """Opening of a coupling from the measured coordinates."""
-    ratios, angles, total, size = floats_2d(own, _RATIOS), floats_2d(own, ANGLES), 0.0, 1.0
+    ratios, angles, total, size = floats_2d(own, _RATIOS), floats_2d(own, couplings.ANGLES), 0.0, 1.0
     for j in range(ratios.shape[1]):
         total += ratios[i, j] * angles[i, j]
         size += abs(ratios[i, j] * angles[i, j])
@@ -77,7 +51,8 @@ def _opening(own: np.ndarray, i: int) -> float:
 @kernel
 def _along(table: np.ndarray, own: np.ndarray, i: int) -> float:
     """Rate of an opening from the rates of all bodies and the measured gradients."""
-    ratios, gradient, rates, ends = floats_2d(own, _RATIOS), floats_2d(own, GRADIENTS), floats_2d(table, RATES), ends_of(own)
+    ratios, gradient, rates = floats_2d(own, _RATIOS), floats_2d(own, couplings.GRADIENTS), floats_2d(table, rows.RATES)
+    ends = couplings.ends_of(own)
     total = 0.0
     for j in range(ratios.shape[1]):
         k = i * ratios.shape[1] + j
@@ -108,7 +83,7 @@ def _lock(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> fl
 @kernel
 def _kept(own: np.ndarray) -> np.ndarray:
     """Kept multipliers (m,), which follow the kept coordinates."""
-    return floats_1d(own, KEPT)[floats_2d(own, GRADIENTS).shape[0] :]
+    return floats_1d(own, couplings.KEPT)[floats_2d(own, couplings.GRADIENTS).shape[0] :]
 
 
 @kernel
@@ -116,15 +91,15 @@ def _advance(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
     """See `fsm.model.elements.joints`."""
     effort, penalty, value = floats_1d(own, _EFFORT), floats_1d(own, _PENALTY), floats_1d(own, _VALUE)
     change, still, work = floats_1d(own, _CHANGE), floats_1d(own, _STILL), 0.0
-    if t == LARGEST:
+    if t == rows.LARGEST:
         for i in range(effort.shape[0]):
             work = max(work, abs(effort[i]) / np.sqrt(2.0 * floats_1d(own, _SIZES)[i]) / still[2])
         return work
-    if t == WORK:
+    if t == rows.WORK:
         for i in range(effort.shape[0]):
             work += penalty[i] * value[i] * _along(table, own, i)
         return work
-    if t == STEP:
+    if t == rows.STEP:
         still[1] = 0.0
         for i in range(effort.shape[0]):
             change[i] = penalty[i] * (value[i] + _along(table, own, i))
@@ -137,7 +112,7 @@ def _advance(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
 @kernel
 def _accept(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     """Count turns; at rest, keep the multipliers."""
-    accept(table, own, t, per_second)
+    couplings.accept(table, own, t, per_second)
     if floats_1d(own, _STILL)[0] > 0.0:
         _kept(own)[:] = floats_1d(own, _EFFORT)
     return 0.0
@@ -148,39 +123,40 @@ def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
     """Task of a projection, see `fsm.model.elements.joints`."""
     task, error = int(per_second), 0.0
     effort, masses, bend = floats_1d(own, _EFFORT), floats_1d(own, _MASSES), floats_1d(own, _BEND)
-    if task == SWAP:
+    if task == rows.SWAP:
         swap(effort, _kept(own))
         return 0.0
-    if task == KEEP:
+    if task == rows.KEEP:
         _kept(own)[:] = effort
         floats_1d(own, _PENALTY)[:] = 0.0
         return 0.0
-    if task == MEASURE:
+    if task == rows.MEASURE:
         _measure_all(table, own, t)
         return 0.0
-    if task == BEND:
+    if task == rows.BEND:
         _bend_all(table, own)
         return 0.0
     for i in range(effort.shape[0]):
-        rate = floats_1d(own, _VALUE)[i] if task == CLOSE else _along(table, own, i)
-        if task in (AT_ACCELERATIONS, AT_GIVEN):
+        rate = floats_1d(own, _VALUE)[i] if task == rows.CLOSE else _along(table, own, i)
+        if task in (rows.AT_ACCELERATIONS, rows.AT_GIVEN):
             rate += bend[i]
         total = PROJECTION * masses[i] * rate
-        if task == AT_ACCELERATIONS:
+        if task == rows.AT_ACCELERATIONS:
             effort[i] += total
             total += effort[i]
         _put(own, i, total, 0.0)
         error += masses[i] * rate * rate
-    add_efforts(table, own)
+    couplings.add_efforts(table, own)
     return error
 
 
 @kernel
 def _measure_all(table: np.ndarray, own: np.ndarray, t: float) -> None:
     """Openings, and the penalties in the stiffness."""
-    measure_coordinates(table, own, t, False)
+    couplings.measure_coordinates(table, own, t, False)
     effort, masses, value = floats_1d(own, _EFFORT), floats_1d(own, _MASSES), floats_1d(own, _VALUE)
-    ratios, gradient, dof, p = floats_2d(own, _RATIOS), floats_2d(own, GRADIENTS), integers_1d(table, DOF), pattern_of(table)
+    ratios, gradient, dof = floats_2d(own, _RATIOS), floats_2d(own, couplings.GRADIENTS), integers_1d(table, rows.DOF)
+    p = rows.pattern_of(table)
     n, width = ratios.shape[1], gradient.shape[1]
     row, block = np.empty(n * width), np.empty((n * width, n * width))
     for i in range(effort.shape[0]):
@@ -191,20 +167,20 @@ def _measure_all(table: np.ndarray, own: np.ndarray, t: float) -> None:
         for a in range(n * width):
             for b in range(n * width):
                 block[a, b] = PROJECTION * masses[i] * row[a] * row[b]
-        add_block(block, dof, bodies_of(own)[i], p.rows, p.columns, floats_3d(table, STIFFNESS))
+        add_block(block, dof, bodies_of(own)[i], p.rows, p.columns, floats_3d(table, rows.STIFFNESS))
 
 
 @kernel
 def _bend_all(table: np.ndarray, own: np.ndarray) -> None:
     """Second derivatives in time of the openings at constant rates."""
-    bends, ratios, curved = floats_1d(own, _BEND), floats_2d(own, _RATIOS), bends_of(table, own)
+    bends, ratios, curved = floats_1d(own, _BEND), floats_2d(own, _RATIOS), couplings.bends_of(table, own)
     for i in range(bends.shape[0]):
         bends[i] = 0.0
         for j in range(ratios.shape[1]):
             bends[i] += ratios[i, j] * curved[i * ratios.shape[1] + j]
 
 
-_KERNELS = KERNELS._replace(accept=_accept, lock=_lock, advance=_advance, project=_project)
+_KERNELS = couplings.KERNELS._replace(accept=_accept, lock=_lock, advance=_advance, project=_project)
 
 
 def _parameters(given: list[Any]) -> list[np.ndarray]:
@@ -254,7 +230,7 @@ class LockedCouplings(CouplingGroup):
         """See `ElementGroup`; all bodies."""
         found, still = np.zeros((len(self.bodies), len(poses), 6)), np.zeros((len(poses), 6))
         self.energy(BodyState(0.0, poses, still))
-        parts = self.arrays[GRADIENTS - OWN].reshape(*self.arrays[_RATIOS - OWN].shape, 2, 6)
+        parts = self.arrays[couplings.GRADIENTS - OWN].reshape(*self.arrays[_RATIOS - OWN].shape, 2, 6)
         ends = self.joints.ends.reshape(*parts.shape[:3])
         for row, ratios, of, bodies in zip(found, self.arrays[_RATIOS - OWN], parts, ends, strict=True):
             np.add.at(row, bodies, ratios[:, None, None] * of)

@@ -17,17 +17,7 @@ from fsm.model.bodies.array_statics import add_damping, advance_by, largest_forc
 from fsm.model.bodies.array_statics import place_mean as place_mean_bodies
 from fsm.model.bodies.arrays import AGAIN, FREE, INTERVAL, POSES, RATES, STEP, WORK, springs_of
 from fsm.model.bodies.contact_arrays import lack_pairs, restore_depths
-from fsm.model.joined.array_forces import (
-    add_turning,
-    condense,
-    copy_rates,
-    fill_maps,
-    folded,
-    free_bodies,
-    set_frames,
-    set_moments,
-    spread,
-)
+from fsm.model.joined import array_forces as joined
 from fsm.model.joined.arrays import Joined
 from fsm.model.nodes.arrays import DAMPING, FIXED, LAST, MATRIX, STIFFNESS, Q, U
 from fsm.model.nodes.arrays import pattern_of as joined_pattern_of
@@ -49,15 +39,15 @@ def place_nodes_mean(model: Joined, q: np.ndarray, duration: float) -> None:
         for i in range(rates.shape[0]):
             rates[i] = (q[i] - last[i]) / duration
     place_nodes(nodes, t, t, q, rates)
-    set_frames(model, floats_1d(nodes, Q))
-    fill_maps(model)
-    copy_rates(model, floats_2d(bodies, RATES))
+    joined.set_frames(model, floats_1d(nodes, Q))
+    joined.fill_maps(model)
+    joined.copy_rates(model, floats_2d(bodies, RATES))
 
 
 @kernel
 def _place(model: Joined, q: np.ndarray) -> np.ndarray:
     """Write the state of a step; the result is that of `fsm.model.bodies.array_statics.place_mean`."""
-    first = 7 * free_bodies(model)
+    first = 7 * joined.free_bodies(model)
     since = place_mean_bodies(model.bodies.table, q[:first])
     place_nodes_mean(model, q[first:], floats_1d(model.bodies.table, INTERVAL)[1])
     return since
@@ -69,7 +59,7 @@ def _force(model: Joined, q: np.ndarray) -> np.ndarray:
     t, per_second = floats_1d(model.bodies.table, INTERVAL)[0], per_second_of(model.bodies.table)
     sum_body_forces(model.bodies, t, per_second)
     sum_node_forces(model.nodes, t, 1.0 if per_second > 0.0 else 0.0)
-    return folded(model, q)
+    return joined.folded(model, q)
 
 
 @kernel
@@ -84,10 +74,10 @@ def sum_tangents(
     floats_3d(model.nodes.table, DAMPING)[:] = 0.0
     sum_node_tangents(model.nodes, t, moving)
     if moving > 0.0:  # the rates of springs and elements are increments of deformations, which do not turn
-        add_turning(model)
+        joined.add_turning(model)
     add_tangents_by_deformations(model.bodies, t, per_second, efforts)
-    set_moments(model)
-    condense(model)
+    joined.set_moments(model)
+    joined.condense(model)
     hold(model.nodes.table)
 
 
@@ -97,7 +87,7 @@ def _linearised_force(model: Joined, q: np.ndarray, mixed: bool) -> np.ndarray:
     since, efforts = _place(model, q), springs_of(table).efforts
     own = efforts if mixed else efforts[:0]
     sum_tangents(model, floats_1d(table, INTERVAL)[0], per_second_of(table), own, since, mixed)
-    return folded(model, q)
+    return joined.folded(model, q)
 
 
 @kernel
@@ -129,7 +119,7 @@ def _solve(model: Joined, right: np.ndarray) -> np.ndarray:
 @kernel
 def retract(model: Joined, q: np.ndarray, x: np.ndarray) -> np.ndarray:
     """See `fsm.solve.stepping.model`."""
-    free, out = free_bodies(model), np.empty(q.shape[0])
+    free, out = joined.free_bodies(model), np.empty(q.shape[0])
     copy_into(retract_poses(q[: 7 * free], x[: 6 * free]), out[: 7 * free])
     for i in range(7 * free, q.shape[0]):
         out[i] = q[i] + x[i - free]
@@ -138,20 +128,20 @@ def retract(model: Joined, q: np.ndarray, x: np.ndarray) -> np.ndarray:
 
 @kernel
 def _advance(model: Joined, q: np.ndarray, dx: np.ndarray, cut: bool) -> None:
-    bodies, nodes, free = model.bodies.table, model.nodes.table, free_bodies(model)
+    bodies, nodes, free = model.bodies.table, model.nodes.table, joined.free_bodies(model)
     if cut:
         restore_depths(model.bodies.groups)
     poses, change = floats_2d(bodies, POSES), np.zeros(floats_2d(bodies, RATES).shape)
     no = q.shape[0] < 0
     scatter_free(integers_1d(bodies, FREE), q[: 7 * free], not no and poses.shape[1] == 7, poses)
     scatter_free(integers_1d(bodies, FREE), dx[: 6 * free], no, change)
-    set_frames(model, q[7 * free :])
+    joined.set_frames(model, q[7 * free :])
     copy_into(q[7 * free :], floats_1d(nodes, Q))
     moved, fixed = floats_1d(nodes, U), integers_2d(nodes, FIXED).reshape(-1)
     for i in range(moved.shape[0]):
         moved[i] = 0.0 if fixed[i] == 1 else dx[6 * free + i]
-    fill_maps(model)
-    copy_rates(model, change)
+    joined.fill_maps(model)
+    joined.copy_rates(model, change)
     advance_by(model.bodies, change, cut)
 
 
@@ -171,7 +161,7 @@ def _do_at_rest(model: Joined, dx: np.ndarray, task: float, part: float) -> floa
     if bodies.elements.shape[0] == 0:
         return 0.0
     rates = floats_2d(bodies.at_rest, RATES)
-    spread(model, dx, rates)
+    joined.spread(model, dx, rates)
     found = do_along_rates(bodies, bodies.at_rest, task, part)
     rates[:] = 0.0
     return found

@@ -19,32 +19,10 @@ from fsm.kernels.addresses import ROW, address_table, floats_1d, floats_2d, floa
 from fsm.kernels.blocks import LowRank
 from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import address_of, call_at
-from fsm.model.joined.chamber_surfaces import (
-    Surface,
-    SurfaceArrays,
-    add_lid_tangent,
-    set_gradients,
-    set_volumes,
-    starts,
-    surface_arrays,
-)
-from fsm.model.joined.gas import (
-    ABOVE,
-    GAS_ROWS,
-    GAS_STATE,
-    HELD,
-    KIND,
-    GasArrays,
-    Gases,
-    GasState,
-    accept_gas,
-    empty_state,
-    gas_energies,
-    gas_power,
-    gas_state_of,
-    gases_of,
-    set_state,
-)
+from fsm.model.joined import chamber_surfaces
+from fsm.model.joined import gas as of_gas
+from fsm.model.joined.chamber_surfaces import Surface, SurfaceArrays
+from fsm.model.joined.gas import GasArrays, Gases, GasState
 from fsm.model.nodes.arrays import FORCE, LAST, MEAN_OVER, NOW, NUMBERS, STIFFNESS, Q
 from fsm.model.nodes.facets.fold_angle import fold_angle, fold_gradient
 from fsm.model.nodes.facets.folds import FoldGroup
@@ -98,9 +76,9 @@ class ChamberArrays(NamedTuple):
 
 _AREAS = len(SurfaceArrays._fields)
 _GASES = _AREAS + len(AreaArrays._fields)
-_SUMS = _GASES + GAS_ROWS
+_SUMS = _GASES + of_gas.GAS_ROWS
 _FOUND = _SUMS + 3
-_RENEW = _FOUND + GAS_STATE
+_RENEW = _FOUND + of_gas.GAS_STATE
 """Row of the address of `_renew`, which is long, so that each kernel does not contain it."""
 CHAMBER_ROWS = _RENEW + 1
 """Number of rows of the table of chambers."""
@@ -120,7 +98,8 @@ def chambers_of(t: np.ndarray) -> ChamberArrays:
             floats_1d(t, a), integers_2d(t, a + 1), floats_3d(t, a + 2), floats_1d(t, a + 3), floats_2d(t, a + 4),
             integers_1d(t, a + 5), floats_2d(t, a + 6),
         ),
-        gases_of(t, _GASES), floats_2d(t, s), floats_2d(t, s + 1), floats_2d(t, s + 2), gas_state_of(t, _FOUND),
+        of_gas.gases_of(t, _GASES), floats_2d(t, s), floats_2d(t, s + 1), floats_2d(t, s + 2),
+        of_gas.gas_state_of(t, _FOUND),
     )  # fmt: skip
 
 
@@ -169,11 +148,11 @@ def _area(a: AreaArrays, k: int, q: np.ndarray, gradient: np.ndarray) -> float:
 def _renew(own: np.ndarray, nodes: np.ndarray, t: float) -> float:
     """Write the gradients of the volumes and the state of all gases; the first row of `nodes` are the coordinates (m,)."""
     c, q = chambers_of(own), floats_1d(nodes, 0)
-    set_gradients(c.surfaces, q, c.gradients)
-    set_volumes(c.surfaces, q, c.gradients, c.found.volume)
+    chamber_surfaces.set_gradients(c.surfaces, q, c.gradients)
+    chamber_surfaces.set_volumes(c.surfaces, q, c.gradients, c.found.volume)
     for k in range(c.found.area.shape[0]):
         c.found.area[k] = _area(c.areas, k, q, q[:0])
-    set_state(c.gases, t, c.found)
+    of_gas.set_state(c.gases, t, c.found)
     return 0.0
 
 
@@ -199,7 +178,7 @@ def _above(c: ChamberArrays) -> np.ndarray:
     """Pressures (k,) above those outside, Pa."""
     out = np.empty(c.found.pressure.shape[0])
     for k in range(out.shape[0]):
-        out[k] = c.found.pressure[k] - c.gases.laws[k, ABOVE]
+        out[k] = c.found.pressure[k] - c.gases.laws[k, of_gas.ABOVE]
     return out
 
 
@@ -247,7 +226,7 @@ def add_gas_tangent(
             row += 1
     for lid in range(s.lids.shape[0]):
         pressure = s.sums[s.lids[lid, 0], 6] * above[s.lids[lid, 0]]
-        row = add_lid_tangent(s, lid, q, -pressure / 6.0, slots, size, flat, c.vectors, c.weights, row)
+        row = chamber_surfaces.add_lid_tangent(s, lid, q, -pressure / 6.0, slots, size, flat, c.vectors, c.weights, row)
     return c.vectors
 
 
@@ -255,16 +234,16 @@ def add_gas_tangent(
 def gas_stored(own: np.ndarray, nodes: np.ndarray, t: float) -> float:
     """Energy of all gases, J."""
     c = renewed(own, nodes, t)
-    return float(gas_energies(c.gases, c.found).sum())
+    return float(of_gas.gas_energies(c.gases, c.found).sum())
 
 
 @kernel
 def gas_put_in(own: np.ndarray, nodes: np.ndarray, t: float, span: float, u: np.ndarray) -> float:
     """Power of supplies and orifices at velocities (m,) of the nodes, W; `span` as in `gas_power`."""
     c = renewed(own, nodes, t)
-    s, total, above = c.surfaces, gas_power(c.gases, t, c.found, span), _above(c)
+    s, total, above = c.surfaces, of_gas.gas_power(c.gases, t, c.found, span), _above(c)
     for k in range(above.shape[0]):
-        if c.gases.laws[k, KIND] == HELD:
+        if c.gases.laws[k, of_gas.KIND] == of_gas.HELD:
             for n in range(s.first_used[k], s.first_used[k + 1]):
                 for at in range(s.used[n, 0], s.used[n, 0] + 3):
                     total += above[k] * c.gradients[k, at] * u[at]
@@ -275,7 +254,7 @@ def gas_put_in(own: np.ndarray, nodes: np.ndarray, t: float, span: float, u: np.
 def accept_chambers(own: np.ndarray, nodes: np.ndarray, t: float) -> None:
     """Accept a state."""
     c = renewed(own, nodes, t)
-    accept_gas(c.gases, t, c.found)
+    of_gas.accept_gas(c.gases, t, c.found)
 
 
 # group of nodes ---------------------------------------------------------------------------------------------------------
@@ -333,7 +312,7 @@ def _renew_at(own: np.ndarray, nodes: np.ndarray, t: float, q: np.ndarray) -> No
 def _energies_at(own: np.ndarray, nodes: np.ndarray, t: float, q: np.ndarray) -> np.ndarray:
     put_array(nodes, 0, q)
     c = renewed(own, nodes, t)
-    return gas_energies(c.gases, c.found)
+    return of_gas.gas_energies(c.gases, c.found)
 
 
 class OrificeArea(NamedTuple):
@@ -365,14 +344,14 @@ class Chambers(ElementGroup):
         self, gases: tuple[Gas, ...], surfaces: tuple[Surface, ...], areas: tuple[OrificeArea, ...], start: np.ndarray
     ) -> None:
         self.names = tuple(gas.name for gas in gases)
-        self._surfaces, self._areas = surface_arrays(surfaces), _area_arrays(areas)
+        self._surfaces, self._areas = chamber_surfaces.surface_arrays(surfaces), _area_arrays(areas)
         self.vectors = self._surfaces.vectors
         of_lids = sum(len(lid.axes) * (2 if lid.whole else 3) for surface in surfaces for lid in surface.lids)
         rank = len(gases) + sum(area.folds is not None for area in areas) + of_lids
         self._gradients = np.zeros((len(gases), len(start)))
         self._low_rank = LowRank(np.zeros((rank, len(start))), np.zeros((rank, rank)))
         self._nodes = np.zeros((1, ROW), dtype=np.int64)
-        self._found = empty_state(len(gases), len(areas))
+        self._found = of_gas.empty_state(len(gases), len(areas))
         self._address = np.array([address_of(_renew, self._nodes, self._nodes, 0.0)])
         orifices = tuple(area.orifice for area in areas)
         self.gases = Gases(gases, orifices, np.zeros(len(gases)), np.zeros(len(areas)))
@@ -423,7 +402,7 @@ class Chambers(ElementGroup):
         `start` and `end` are times (s) and coordinates of the nodes.
         """
         one, two = (self.state(*state) for state in (start, end))
-        above, grown = two.pressure - self.gases.arrays.laws[:, ABOVE], two.volume - one.volume
+        above, grown = two.pressure - self.gases.arrays.laws[:, of_gas.ABOVE], two.volume - one.volume
         return {name: (float(a), float(b)) for name, a, b in zip(self.names, above, grown, strict=True)}
 
     def compressions(self, nodes: np.ndarray) -> Iterator[tuple[float, np.ndarray]]:
@@ -451,5 +430,5 @@ def _area_arrays(areas: Sequence[OrificeArea]) -> AreaArrays:
     curves = [np.reshape(area.orifice.area_by_angle, (-1, 2)) for area in areas]
     return AreaArrays(
         np.array([area.orifice.area or 0.0 for area in areas]), vectors, factors, near, shares,
-        starts([len(curve) for curve in curves]), np.concatenate([np.zeros((0, 2)), *curves]),
+        chamber_surfaces.starts([len(curve) for curve in curves]), np.concatenate([np.zeros((0, 2)), *curves]),
     )  # fmt: skip

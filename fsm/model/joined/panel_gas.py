@@ -18,21 +18,13 @@ from fsm.model.bodies.arrays import DOF, FORCE, GAS, INTERVAL, POSES, RATES, STI
 from fsm.model.bodies.group import BodyState
 from fsm.model.bodies.pattern import body_pattern
 from fsm.model.elements.element_group import OWN, ElementGroup, ElementKernels, bodies_of, nothing
-from fsm.model.joined.chambers import (
-    CHAMBER_ROWS,
-    Chambers,
-    accept_chambers,
-    add_gas_force,
-    add_gas_force_rate,
-    add_gas_tangent,
-    gas_put_in,
-    gas_stored,
-)
+from fsm.model.joined import chambers as gas_in
+from fsm.model.joined.chambers import Chambers
 from fsm.model.nodes.assembly import slots_of
 from fsm.text.load_names import PRESSURE
 
 _POINTS, _NODES, _VELOCITIES, _FORCES, _ROWS, _COLUMNS, _BLOCKS, _ON_BODIES, _CHAMBERS = range(OWN, OWN + 9)
-_SLOTS = _CHAMBERS + CHAMBER_ROWS
+_SLOTS = _CHAMBERS + gas_in.CHAMBER_ROWS
 """Rows of the table: corners X, their positions, velocities and forces, pattern and blocks between corners, vectors of low
 rank on bodies, chambers, and positions of their elements in the blocks between corners."""
 
@@ -89,7 +81,7 @@ def _on_bodies(table: np.ndarray, own: np.ndarray, forces: np.ndarray, out: np.n
 def _force(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     (chambers, nodes), forces = _place(table, own), floats_1d(own, _FORCES)
     forces[:] = 0.0
-    add_gas_force(chambers, nodes, t, forces)
+    gas_in.add_gas_force(chambers, nodes, t, forces)
     _on_bodies(table, own, forces, floats_2d(table, FORCE))
     return 0.0
 
@@ -99,7 +91,7 @@ def _force_rate(table: np.ndarray, own: np.ndarray, t: float, per_second: float)
     """Add the explicit time derivative of the forces to the forces of the model."""
     (chambers, nodes), forces = _place(table, own), floats_1d(own, _FORCES)
     forces[:] = 0.0
-    add_gas_force_rate(chambers, nodes, t, forces)
+    gas_in.add_gas_force_rate(chambers, nodes, t, forces)
     _on_bodies(table, own, forces, floats_2d(table, FORCE))
     return 0.0
 
@@ -133,7 +125,7 @@ def _tangent(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
     count, width = integers_2d(chambers, 0).shape
     forces[:], blocks[:] = 0.0, 0.0
     slots = integers_2d(own, _SLOTS).reshape(count, width, width)
-    of_nodes = add_gas_tangent(chambers, nodes, t, slots, 3, forces, blocks.reshape(-1))
+    of_nodes = gas_in.add_gas_tangent(chambers, nodes, t, slots, 3, forces, blocks.reshape(-1))
     _on_bodies(table, own, forces, total)
     vectors = floats_2d(own, _ON_BODIES)
     vectors[:] = 0.0
@@ -165,7 +157,7 @@ def _tangent(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
 @kernel
 def _stored(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     chambers, nodes = _place(table, own)
-    floats_1d(table, STORED)[GAS] += gas_stored(chambers, nodes, t)
+    floats_1d(table, STORED)[GAS] += gas_in.gas_stored(chambers, nodes, t)
     return 0.0
 
 
@@ -176,14 +168,14 @@ def _lost(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> fl
     moving = per_second == 0.0 or (interval.shape[0] > 0 and interval[2] == 0.0)
     span = 0.0 if moving else 1.0 / per_second
     chambers, nodes = _place(table, own)
-    floats_1d(table, STORED)[2] += gas_put_in(chambers, nodes, t, span, _move(table, own))
+    floats_1d(table, STORED)[2] += gas_in.gas_put_in(chambers, nodes, t, span, _move(table, own))
     return 0.0
 
 
 @kernel
 def _accept(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     chambers, nodes = _place(table, own)
-    accept_chambers(chambers, nodes, t)
+    gas_in.accept_chambers(chambers, nodes, t)
     return 0.0
 
 

@@ -20,29 +20,8 @@ from fsm.model.elements.elements import BushingGroup
 from fsm.model.system.arrays_of import change_pattern, segments_of
 from fsm.model.system.contact_arrays_of import ContactModel
 from fsm.solve.interface.records import DriveState, Energy, Observation, PairState, PreviousState, Ready, mapped
+from fsm.solve.stepping import path_state as row
 from fsm.solve.stepping.path_arrays import begin_step
-from fsm.solve.stepping.path_state import (
-    CONTACT,
-    CREASES,
-    DRIVEN,
-    DRIVES,
-    GAS,
-    GRAVITY,
-    INPUT,
-    KEPT_LOSS,
-    KINETIC,
-    LARGEST,
-    LOADS,
-    LOST,
-    PAIR_AREA,
-    PAIR_CARRIED,
-    PAIR_DAMPING,
-    PAIR_FORCE,
-    PAIR_FRICTION,
-    PAIR_GAP,
-    PAIR_SLIDING,
-    PANELS,
-)
 from fsm.solve.stepping.quasi_static import StaticModel
 
 if TYPE_CHECKING:
@@ -68,7 +47,7 @@ class StaticSegments:
     """
 
     energies: ClassVar[dict[str, int]] = {
-        "panels": PANELS, "creases": CREASES, "gravity": GRAVITY, "contact": CONTACT, "gas": GAS,
+        "panels": row.PANELS, "creases": row.CREASES, "gravity": row.GRAVITY, "contact": row.CONTACT, "gas": row.GAS,
     }  # fmt: skip
     """Indices of energies in a record, by name."""
 
@@ -198,23 +177,24 @@ class StaticSegments:
 
     def observation(self, records: np.ndarray) -> Observation:
         """See `fsm.solve.interface.system.StaticArrays`."""
-        drives, own, values, count = len(self._system.motions), records[:, DRIVES:], records.T, len(records)
+        drives, own, values, count = len(self._system.motions), records[:, row.DRIVES:], records.T, len(records)
         travel, force = own[:, :drives], own[:, drives : 2 * drives]
         pairs = own[:, 2 * drives :].reshape(count, 7, -1).swapaxes(0, 1)
         potential = {name: values[self.energies[name]] for names in self._stored_by for name in names}
         energy = Energy(
-            values[KINETIC], potential, values[LOST], values[INPUT], pairs[PAIR_SLIDING : PAIR_DAMPING + 1].swapaxes(0, 1),
-            values[KEPT_LOSS], values[DRIVEN], values[LOADS],
+            values[row.KINETIC], potential, values[row.LOST], values[row.INPUT],
+            pairs[row.PAIR_SLIDING : row.PAIR_DAMPING + 1].swapaxes(0, 1),
+            values[row.KEPT_LOSS], values[row.DRIVEN], values[row.LOADS],
         )  # fmt: skip
-        return Observation(DriveState(travel, force), energy, values[LARGEST], self._pairs(pairs))
+        return Observation(DriveState(travel, force), energy, values[row.LARGEST], self._pairs(pairs))
 
     def _pairs(self, sums: np.ndarray) -> PairState:
         if not self._contacts.arrays:
             return mapped(self._without_contact, lambda value: np.repeat(value[None], sums.shape[1], axis=0))
-        force = sums[PAIR_FORCE]
-        slip = np.divide(sums[PAIR_CARRIED], force, out=np.zeros(force.shape), where=force > 0.0)
-        own = sums[PAIR_AREA], sums[PAIR_FRICTION], slip, sums[PAIR_SLIDING], sums[PAIR_DAMPING]
-        return PairState(force, sums[PAIR_GAP], *own)
+        force = sums[row.PAIR_FORCE]
+        slip = np.divide(sums[row.PAIR_CARRIED], force, out=np.zeros(force.shape), where=force > 0.0)
+        own = sums[row.PAIR_AREA], sums[row.PAIR_FRICTION], slip, sums[row.PAIR_SLIDING], sums[row.PAIR_DAMPING]
+        return PairState(force, sums[row.PAIR_GAP], *own)
 
     @cached_property
     def _without_contact(self) -> PairState:

@@ -24,16 +24,8 @@ from fsm.solve.equations.linear import LinearSolver
 from fsm.solve.interface.records import Depths, Linearised, PreviousState
 from fsm.solve.interface.system import StaticArrays, System
 from fsm.solve.stepping import quasi_static
-from fsm.solve.stepping.quasi_static import (
-    BEFORE,
-    NewtonRules,
-    Settled,
-    StaticCalls,
-    StaticModel,
-    closed_locks,
-    settle,
-    settle_arrays,
-)
+from fsm.solve.stepping import quasi_static as newton
+from fsm.solve.stepping.quasi_static import NewtonRules, Settled, StaticCalls, StaticModel
 
 _PATTERNS = 20
 """Largest number of repetitions of a step because bodies came near each other whose block the pattern lacks."""
@@ -146,7 +138,7 @@ class EquilibriumStep:
         if found is None:
             depths = self.system.depths(self.largest_reaction)
             model = _Model(self.system, self.solver, t, before, self._rates(t, before), efforts, depths)
-            settled = settle(StaticModel(_CALLS, model), guess, rules)
+            settled = newton.settle(StaticModel(_CALLS, model), guess, rules)
             found = settled, model.efforts, model.matrix
         settled, efforts, matrix = found
         counts = settled.counts.tolist()
@@ -181,7 +173,7 @@ class EquilibriumStep:
         for _ in range(_PATTERNS):
             arrays.begin(t, before, efforts, rules.largest_reaction)
             model = arrays.model
-            settled = Settled._make(enter(model.calls.force, settle_arrays, model, q, rules))
+            settled = Settled._make(enter(model.calls.force, newton.settle_arrays, model, q, rules))
             if not arrays.lacks:
                 break
         else:
@@ -330,9 +322,9 @@ def with_closed_locks(
     """Configuration near an equilibrium q (nq,) at rest with these efforts, in which locked springs are not deformed; q
     itself if they do not close. The solver has the factors of the stiffness. Multipliers of ideal joints are lost.
     """
-    if system.take_up(efforts, BEFORE) == 0.0:
+    if system.take_up(efforts, newton.BEFORE) == 0.0:
         return q
-    _, later = closed_locks(StaticModel(_CALLS, _Model(system, solver, t, (t, q), None, efforts, depths)), q)
+    _, later = newton.closed_locks(StaticModel(_CALLS, _Model(system, solver, t, (t, q), None, efforts, depths)), q)
     if later is q:
         system.lock(0.0)
     return later

@@ -16,27 +16,10 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from fsm.errors import FsmError, NotConverged
+from fsm.kernels import block_lu, fronts
 from fsm.kernels.block_equations import FACTORISE, FAILED, NEGATIVE, SOLVE, SYMMETRIC, UNKNOWN, Pattern, pattern_arrays
-from fsm.kernels.block_lu import (
-    MAX_ERROR,
-    REFINE_ABOVE,
-    SYMMETRY_TOLERANCE,
-    count_negative,
-    count_negative_parts,
-    factorise,
-    fill_in,
-    is_symmetric,
-    solve_refined,
-)
 from fsm.kernels.blocks import BlockMatrix, BlockPattern, Elimination
-from fsm.kernels.fronts import (
-    Supernodes,
-    count_negative_pivots,
-    count_nonzero,
-    factorise_fronts,
-    solve_by_fronts,
-    solve_columns,
-)
+from fsm.kernels.fronts import Supernodes
 from fsm.kernels.low_rank import LowRankEquations
 from fsm.kernels.minimum_degree import few_by_minimum_degree
 from fsm.solve.equations.low_rank import LowRankSolution, shifted
@@ -191,14 +174,16 @@ class LinearSolver:
             return
         pattern, known = matrix.pattern, self._analyse(matrix.pattern)
         self._symmetric = matrix.data.dtype == _REAL and bool(
-            is_symmetric(matrix.data, pattern.indptr, pattern.indices, pattern.transposed, SYMMETRY_TOLERANCE)
+            block_lu.is_symmetric(
+                matrix.data, pattern.indptr, pattern.indices, pattern.transposed, block_lu.SYMMETRY_TOLERANCE
+            )
         )
         if self._has_fronts(matrix, known):
             nodes = self._ready_fronts(pattern, known)
-            failed = factorise_fronts(nodes, pattern.indptr, pattern.indices, matrix.data, self._front_factors)
+            failed = fronts.factorise_fronts(nodes, pattern.indptr, pattern.indices, matrix.data, self._front_factors)
         else:
             self.ready(pattern, matrix.data.dtype)
-            failed = factorise(
+            failed = block_lu.factorise(
                 matrix.data, known.place, known.indptr, known.indices, known.diagonal, self._symmetric, self._factors
             )
         if failed >= 0:
@@ -212,7 +197,9 @@ class LinearSolver:
             return self._symmetric and self._low_rank is None
         weights = self._matrix.low_rank.weights
         apart = np.abs(weights - weights.T).max(initial=0.0)
-        return bool(self._compiled.flags[SYMMETRIC] and apart <= SYMMETRY_TOLERANCE * np.abs(weights).max(initial=0.0))
+        return bool(
+            self._compiled.flags[SYMMETRIC] and apart <= block_lu.SYMMETRY_TOLERANCE * np.abs(weights).max(initial=0.0)
+        )
 
     def ready(self, pattern: BlockPattern, dtype: np.dtype = _REAL) -> tuple[Elimination, np.ndarray]:
         """Elimination of a pattern, and the block data (n_filled, size, size) for its factors."""
@@ -265,15 +252,16 @@ class LinearSolver:
         known, nodes = self._elimination, self._supernodes
         assert known is not None
         if nodes is not None:
-            x, error, doubtful = solve_by_fronts(
-                nodes, self._front_factors, pattern.indptr, pattern.indices, matrix.data, right, REFINE_ABOVE, self._trusted
+            x, error, doubtful = fronts.solve_by_fronts(
+                nodes, self._front_factors, pattern.indptr, pattern.indices, matrix.data, right, block_lu.REFINE_ABOVE,
+                self._trusted
             )
         else:
-            x, error, doubtful = solve_refined(
+            x, error, doubtful = block_lu.solve_refined(
                 known.order, known.indptr, known.indices, known.diagonal, self._factors,
-                pattern.indptr, pattern.indices, matrix.data, right, REFINE_ABOVE, self._symmetric, self._trusted,
+                pattern.indptr, pattern.indices, matrix.data, right, block_lu.REFINE_ABOVE, self._symmetric, self._trusted,
             )  # fmt: skip
-        if not error <= MAX_ERROR:
+        if not error <= block_lu.MAX_ERROR:
             self.fallbacks += 1
             self._other = self._library_factors(matrix)
             return np.asarray(self._other(right))
@@ -286,10 +274,10 @@ class LinearSolver:
         if len(rights) > 1 and self._supernodes is not None and self._other is None:
             assert self._matrix is not None
             wanted = np.ascontiguousarray(rights[1:].T)
-            others = solve_columns(self._supernodes, self._front_factors, wanted)
+            others = fronts.solve_columns(self._supernodes, self._front_factors, wanted)
             if not self._trusted:
                 rest = np.ascontiguousarray(wanted - self._matrix.blocks() @ others)
-                others += solve_columns(self._supernodes, self._front_factors, rest)
+                others += fronts.solve_columns(self._supernodes, self._front_factors, rest)
             return np.column_stack([*found, others])
         return np.column_stack([*found, *(self._solve_blocks(right) for right in rights[1:])])
 
@@ -313,11 +301,11 @@ class LinearSolver:
         assert matrix is not None
         if self._other is None and self._elimination is not None:
             if self._supernodes is not None:
-                found = int(count_negative_pivots(self._supernodes, self._front_factors))
+                found = int(fronts.count_negative_pivots(self._supernodes, self._front_factors))
             elif self._symmetric:
-                found = int(count_negative(self._elimination.diagonal, self._factors))
+                found = int(block_lu.count_negative(self._elimination.diagonal, self._factors))
             else:
-                found = int(count_negative_parts(self._elimination.diagonal, self._factors))
+                found = int(block_lu.count_negative_parts(self._elimination.diagonal, self._factors))
             if not (recount and self._symmetric) or (found == 0 and self._trusted) or self._signs_hold():
                 return found
         return self.negative_eigenvalues(BlockMatrix(matrix.pattern, matrix.data))
@@ -363,13 +351,14 @@ class LinearSolver:
         test = trial_vector(matrix.order)
         right = matrix.times(test)
         if self._supernodes is not None:
-            found, _, _ = solve_by_fronts(
-                self._supernodes, self._front_factors, pattern.indptr, pattern.indices, data, right, REFINE_ABOVE, True
+            found, _, _ = fronts.solve_by_fronts(
+                self._supernodes, self._front_factors, pattern.indptr, pattern.indices, data, right, block_lu.REFINE_ABOVE,
+                True
             )
         else:
-            found, _, _ = solve_refined(
+            found, _, _ = block_lu.solve_refined(
                 known.order, known.indptr, known.indices, known.diagonal, self._factors, pattern.indptr, pattern.indices,
-                data, right, REFINE_ABOVE, self._symmetric, True,
+                data, right, block_lu.REFINE_ABOVE, self._symmetric, True,
             )  # fmt: skip
         return bool(np.abs(found - test).max(initial=0.0) < ACCURATE)
 
@@ -378,7 +367,7 @@ class LinearSolver:
             self._pattern, self._elimination = pattern, self._known.get(pattern)
             if self._elimination is None:
                 order = _minimum_degree(pattern)
-                self._elimination = Elimination(order, *fill_in(pattern.indptr, pattern.indices, order))
+                self._elimination = Elimination(order, *block_lu.fill_in(pattern.indptr, pattern.indices, order))
                 self._known[pattern] = self._elimination
                 self.analyses += 1
         return self._elimination
@@ -389,7 +378,7 @@ class LinearSolver:
         part = _SMALL_BLOCKS if size <= 3 else 1.0
         if not self._symmetric or matrix.data.dtype != _REAL or not known.large(size, part):
             return False
-        return bool(count_nonzero(matrix.data) >= _NONZERO * len(matrix.data))
+        return bool(fronts.count_nonzero(matrix.data) >= _NONZERO * len(matrix.data))
 
     def _ready_fronts(self, pattern: BlockPattern, known: Elimination) -> Supernodes:
         """Supernodes of a pattern, with the array for their factors."""

@@ -23,35 +23,9 @@ from fsm.kernels.jit import kernel, shared
 from fsm.kernels.pointers import borrowed
 from fsm.kernels.pose_rates import increments_of_rates, pose_rates, with_unit_quaternions
 from fsm.kernels.vector import mean_ratio
-from fsm.solve.stepping.generalized_alpha import (
-    FORCES,
-    LAST_ERROR,
-    LONGEST,
-    MAX_STEP,
-    REJECTED,
-    STARTED,
-    STEP_SIZE,
-    STEPS,
-    TIME,
-)
+from fsm.solve.stepping import generalized_alpha as alpha
+from fsm.solve.stepping import model as calls
 from fsm.solve.stepping.march import end_step
-from fsm.solve.stepping.model import (
-    DRIVES,
-    accept,
-    consistent,
-    energies,
-    factorise_mass,
-    force,
-    from_minimal,
-    from_minimal_changes,
-    longest_step,
-    minimal_rates,
-    part_of_step,
-    powers,
-    solve,
-    to_minimal,
-    unable,
-)
 from fsm.solve.stepping.outcomes import NO_SOLUTION, OBJECTED, STEP_TOO_SMALL, STEPPED, UNABLE
 from fsm.solve.stepping.vectors import copy_into
 
@@ -141,7 +115,7 @@ class ExplicitMotion(NamedTuple):
 def take_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: float) -> int:
     """Take one step that ends at `until` or before, and return the outcome."""
     sizes, counts = motion.sizes, motion.counts
-    t, target = sizes[TIME], until
+    t, target = sizes[alpha.TIME], until
     for b in rules.breaks:
         if b > t:
             target = min(target, b)
@@ -149,27 +123,27 @@ def take_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: f
     first, second = motion.at_q[: y.shape[0]], motion.at_u[: v.shape[0]]
     copy_into(y, first)
     copy_into(v, second)
-    counts[FORCES] += 1
+    counts[alpha.FORCES] += 1
     if not _stage(
         model, np.nextafter(t, math.inf), first, second, motion.of_q[0], motion.of_u[0], motion.of_energy[0], motion.pairs,
         motion.drives, counts[SPEEDS] > 0, rules.weights[0] != 0.0, False,
     ):  # fmt: skip
-        return UNABLE if unable(model) else NO_SOLUTION
-    if counts[STARTED] == 0:
+        return UNABLE if calls.unable(model) else NO_SOLUTION
+    if counts[alpha.STARTED] == 0:
         if counts[SPEEDS] == 0:
             copy_into(motion.of_u[0], motion.rate)
         else:
-            from_minimal_changes(model, y, motion.of_q[0], motion.of_u[0], motion.moved, motion.rate)
-        sizes[LONGEST], counts[STARTED] = longest_step(model, t, motion.q, motion.u), 1
-        if sizes[STEP_SIZE] == 0.0:
-            sizes[STEP_SIZE] = _first_size(motion, rules, until - t)
+            calls.from_minimal_changes(model, y, motion.of_q[0], motion.of_u[0], motion.moved, motion.rate)
+        sizes[alpha.LONGEST], counts[alpha.STARTED] = calls.longest_step(model, t, motion.q, motion.u), 1
+        if sizes[alpha.STEP_SIZE] == 0.0:
+            sizes[alpha.STEP_SIZE] = _first_size(motion, rules, until - t)
     grow = True
     while True:
         h, end = _next_size(motion, target)
         if not end > t:
             return STEP_TOO_SMALL
         if not _stages(model, motion, rules, t, end, h):
-            return UNABLE if unable(model) else NO_SOLUTION
+            return UNABLE if calls.unable(model) else NO_SOLUTION
         y, v = _state(motion)
         y, v = _sum(y, motion.of_q, rules.weights, h), _sum(v, motion.of_u, rules.weights, h)
         q, u, turns = y, v, math.inf
@@ -177,20 +151,20 @@ def take_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: f
         if error < math.inf:
             if counts[SPEEDS] > 0:
                 q, u = motion.q.copy(), motion.u.copy()
-                turns = from_minimal(model, y, v, q, u)
+                turns = calls.from_minimal(model, y, v, q, u)
             else:
                 with_unit_quaternions(q, u.shape[0])
                 if error <= 1.0 and not _accelerate(model, np.nextafter(end, -math.inf), q, u, motion.rate, False):
-                    return UNABLE if unable(model) else NO_SOLUTION  # before the end, since motors jump at breaks
-            part = part_of_step(model, end, q, u, h)
+                    return UNABLE if calls.unable(model) else NO_SOLUTION  # before the end, since motors jump at breaks
+            part = calls.part_of_step(model, end, q, u, h)
             if error <= 1.0 and part >= 1.0:
                 break
-        counts[REJECTED] += 1
+        counts[alpha.REJECTED] += 1
         shorter = part
         if part >= 1.0:
             shorter = max(_SHRINK, _SAFETY * error ** (-1.0 / _ORDER)) if error < math.inf else _SHRINK
-        sizes[STEP_SIZE], grow = h * shorter, False
-        if sizes[STEP_SIZE] < _SMALLEST * max(abs(t), until - t):
+        sizes[alpha.STEP_SIZE], grow = h * shorter, False
+        if sizes[alpha.STEP_SIZE] < _SMALLEST * max(abs(t), until - t):
             return OBJECTED if part < 1.0 else STEP_TOO_SMALL
     sizes[DONE], sizes[LOST] = _energy(motion, rules, h, 0), _energy(motion, rules, h, 1)
     if counts[SPEEDS] > 0:
@@ -198,9 +172,9 @@ def take_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: f
         copy_into(v, motion.v[: counts[SPEEDS]])
     copy_into(q, motion.q)
     copy_into(u, motion.u)
-    sizes[STEP_SIZE], sizes[TIME] = _following(sizes, h, error, grow), end
-    counts[STEPS] += 1
-    sizes[LONGEST] = min(accept(model, end, motion.q, motion.u), turns)
+    sizes[alpha.STEP_SIZE], sizes[alpha.TIME] = _following(sizes, h, error, grow), end
+    counts[alpha.STEPS] += 1
+    sizes[alpha.LONGEST] = min(calls.accept(model, end, motion.q, motion.u), turns)
     return STEPPED
 
 
@@ -210,12 +184,12 @@ def _following(sizes: np.ndarray, h: float, error: float, grow: bool) -> float:
 
     A step that is shortened to end at a given time neither reduces the size of later steps nor counts as the last one.
     """
-    if grow and h < sizes[STEP_SIZE]:
-        return max(h * min(_GROW, _SAFETY * max(error, 1e-12) ** (-1.0 / _ORDER)), sizes[STEP_SIZE])
+    if grow and h < sizes[alpha.STEP_SIZE]:
+        return max(h * min(_GROW, _SAFETY * max(error, 1e-12) ** (-1.0 / _ORDER)), sizes[alpha.STEP_SIZE])
     factor = (max(error, 1e-12) / _WANTED) ** -_OF_ERROR
-    if sizes[LAST_ERROR] > 0.0:
-        factor *= (sizes[LAST_ERROR] / _WANTED) ** _OF_LAST
-    sizes[LAST_ERROR] = max(error, _LEAST_ERROR)
+    if sizes[alpha.LAST_ERROR] > 0.0:
+        factor *= (sizes[alpha.LAST_ERROR] / _WANTED) ** _OF_LAST
+    sizes[alpha.LAST_ERROR] = max(error, _LEAST_ERROR)
     return h * min(factor, _GROW if grow else 1.0)
 
 
@@ -231,14 +205,16 @@ def _state(motion: ExplicitMotion) -> tuple[np.ndarray, np.ndarray]:
 def _begin(model: Any, motion: ExplicitMotion) -> None:
     """Change to minimal coordinates, if the model has them."""
     counts = motion.counts
-    counts[COORDINATES], counts[SPEEDS] = to_minimal(model, motion.sizes[TIME], motion.q, motion.u, motion.y, motion.v)
+    counts[COORDINATES], counts[SPEEDS] = calls.to_minimal(
+        model, motion.sizes[alpha.TIME], motion.q, motion.u, motion.y, motion.v
+    )
 
 
 @shared
 def _end(model: Any, motion: ExplicitMotion, outcome: int) -> int:
     """Change from minimal coordinates, and find the multipliers at the end of the last step; returns the outcome."""
     if motion.counts[SPEEDS] > 0:
-        before = np.nextafter(motion.sizes[TIME], -math.inf)
+        before = np.nextafter(motion.sizes[alpha.TIME], -math.inf)
         _accelerate(model, before, motion.q, motion.u, motion.rate, False)
         motion.counts[COORDINATES] = motion.counts[SPEEDS] = 0
     return outcome
@@ -248,12 +224,12 @@ def _end(model: Any, motion: ExplicitMotion, outcome: int) -> int:
 def _next_size(motion: ExplicitMotion, target: float) -> tuple[float, float]:
     """Size and end of the next step; a step ends exactly at `target`, without a tiny step before it."""
     sizes = motion.sizes
-    left = target - sizes[TIME]
-    h = min(sizes[STEP_SIZE], sizes[MAX_STEP], sizes[LONGEST])
+    left = target - sizes[alpha.TIME]
+    h = min(sizes[alpha.STEP_SIZE], sizes[alpha.MAX_STEP], sizes[alpha.LONGEST])
     if h >= left * (1.0 - 1e-9):
         return left, target
     h = min(h, 0.5 * left)
-    return h, sizes[TIME] + h
+    return h, sizes[alpha.TIME] + h
 
 
 @shared
@@ -266,11 +242,11 @@ def _first_size(motion: ExplicitMotion, rules: ExplicitRules, left: float) -> fl
 @shared
 def _accelerate(model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, inside: bool) -> bool:
     """Project q and u, and write their acceleration; false if the mass is singular."""
-    if consistent(model, t, q, u, rate, inside):
+    if calls.consistent(model, t, q, u, rate, inside):
         return True
-    if not factorise_mass(model):
+    if not calls.factorise_mass(model):
         return False
-    copy_into(solve(model, force(model, t, q, u)), rate)
+    copy_into(calls.solve(model, calls.force(model, t, q, u)), rate)
     return True
 
 
@@ -283,7 +259,7 @@ def _stage(
     in their rates. `minimal`: q and u are minimal coordinates and their rates. Other arguments are rows of `ExplicitMotion`.
     """
     if minimal:
-        good, of_energy[0], of_energy[1] = minimal_rates(model, t, q, u, of_q, of_u, pairs, drives, counts)
+        good, of_energy[0], of_energy[1] = calls.minimal_rates(model, t, q, u, of_q, of_u, pairs, drives, counts)
         return good
     raw = q.copy()
     with_unit_quaternions(q, u.shape[0])
@@ -292,7 +268,7 @@ def _stage(
         return False
     copy_into(pose_rates(raw, u), of_q)
     if counts:
-        of_energy[0], of_energy[1] = powers(model, t, q, u, pairs, drives)
+        of_energy[0], of_energy[1] = calls.powers(model, t, q, u, pairs, drives)
     return True
 
 
@@ -305,7 +281,7 @@ def _stages(model: Any, motion: ExplicitMotion, rules: ExplicitRules, t: float, 
     for i in range(1, rules.nodes.shape[0]):
         _add(y, motion.of_q, rules.stages[i], i, h, q)
         _add(v, motion.of_u, rules.stages[i], i, h, u)
-        motion.counts[FORCES] += 1
+        motion.counts[alpha.FORCES] += 1
         if not _stage(
             model, min(max(t + rules.nodes[i] * h, first), last), q, u, motion.of_q[i], motion.of_u[i], motion.of_energy[i],
             motion.pairs, motion.drives, minimal, rules.weights[i] != 0.0, True,
@@ -350,7 +326,7 @@ def _weighed(
     speeds = motion.counts[SPEEDS] if motion.counts[SPEEDS] > 0 else motion.u.shape[0]
     of_q, of_u = _sum(np.zeros(y.shape[0]), motion.of_q, weights, h), _sum(np.zeros(speeds), motion.of_u, weights, h)
     if motion.counts[SPEEDS] > 0:
-        from_minimal_changes(model, y, of_q, of_u, motion.moved, motion.faster)
+        calls.from_minimal_changes(model, y, of_q, of_u, motion.moved, motion.faster)
         of_q, of_u = motion.moved, motion.faster
     else:
         of_q = increments_of_rates(y, of_q, of_u.shape[0])
@@ -388,13 +364,13 @@ def march_explicit(
     sizes, last = motion.sizes, records.shape[0] - 1
     _begin(model, motion)
     for number in range(most):
-        begin, record = sizes[TIME], records[min(number, last)]
+        begin, record = sizes[alpha.TIME], records[min(number, last)]
         if not begin < until:
             break
         outcome = take_step(model, motion, rules, until)
         if outcome != STEPPED:
             return _end(model, motion, outcome)
-        kinetic, potential, _, power, driven = energies(model, sizes[TIME], motion.q, motion.u, 0.0, record)
+        kinetic, potential, _, power, driven = calls.energies(model, sizes[alpha.TIME], motion.q, motion.u, 0.0, record)
         if end_step(balance, record, motion, begin, sizes[DONE], sizes[LOST], kinetic, potential, power, driven):
             break
     return _end(model, motion, STEPPED)
@@ -425,7 +401,7 @@ def _keep_state(
     motion: ExplicitMotion, balance: np.ndarray, record: np.ndarray, memory: np.ndarray, row: np.ndarray
 ) -> None:
     """Write a state of `Through`."""
-    at = DRIVES
+    at = calls.DRIVES
     copy_into(record[:at], row[:at])
     for part in (balance, motion.q, motion.u):
         copy_into(part, row[at : at + part.shape[0]])
@@ -442,11 +418,11 @@ def _march_through(
     records: np.ndarray,
 ) -> int:  # fmt: skip
     """Take at most `most` steps through given times, as `march_explicit`, and write the states there."""
-    begun = motion.counts[STEPS]
+    begun = motion.counts[alpha.STEPS]
     for number in range(through.times.shape[0]):
-        t, left = through.times[number], most - (motion.counts[STEPS] - begun)
+        t, left = through.times[number], most - (motion.counts[alpha.STEPS] - begun)
         outcome = march_explicit(model, motion, rules, balance, t, left, records)
-        if outcome != STEPPED or motion.sizes[TIME] < t:
+        if outcome != STEPPED or motion.sizes[alpha.TIME] < t:
             return outcome
         if number < through.states.shape[0]:
             _keep_state(motion, balance, records[0], through.memory, through.states[number])

@@ -39,37 +39,9 @@ import numpy as np
 
 from fsm.kernels.jit import shared
 from fsm.kernels.vector import error_norm, largest_distance, mean_ratio, weighted_mean_square
-from fsm.solve.stepping.model import (
-    accept,
-    advance,
-    consistent,
-    contacts_opened,
-    damping_times,
-    factorise,
-    factorise_mass,
-    force,
-    lock,
-    longest_step,
-    mapped,
-    mass_times,
-    part_of_step,
-    renewed_force,
-    retract,
-    solve,
-    stiffness_times,
-    unable,
-)
+from fsm.solve.stepping import model as calls
+from fsm.solve.stepping import vectors
 from fsm.solve.stepping.outcomes import NO_SOLUTION, OBJECTED, STEP_TOO_SMALL, STEPPED, UNABLE
-from fsm.solve.stepping.vectors import (
-    copy_into,
-    correct,
-    newton_weight,
-    predict,
-    scaled,
-    slope_and_bend,
-    start_a,
-    subtracted,
-)
 
 TIME, STEP_SIZE, MAX_STEP, PRESENT, BEFORE, LAST_ERROR, LONGEST, FACTORISED, CONTRACTION = range(9)
 """Indices of `Motion.sizes`, in s; the last error and the contraction have no unit."""
@@ -185,11 +157,11 @@ def take_step(model: Any, motion: Motion, rules: Rules, until: float) -> int:
     """Take one step that ends at `until` or before, and return the outcome."""
     sizes, counts = motion.sizes, motion.counts
     if counts[STARTED] == 0 and not _start(model, motion, rules, until, False):
-        return UNABLE if unable(model) else NO_SOLUTION
+        return UNABLE if calls.unable(model) else NO_SOLUTION
     if counts[TANGENT] == 0:
         counts[LINEARISATIONS] += 1
-        lock(model, inertial_factor(rules, sizes[PRESENT]))
-        renewed_force(model, sizes[TIME], motion.q, motion.u)
+        calls.lock(model, inertial_factor(rules, sizes[PRESENT]))
+        calls.renewed_force(model, sizes[TIME], motion.q, motion.u)
         _factorise(model, motion, rules, sizes[PRESENT], motion.u, False)
         counts[TANGENT] = 1
     t, target = sizes[TIME], until
@@ -206,12 +178,12 @@ def take_step(model: Any, motion: Motion, rules: Rules, until: float) -> int:
         trial = _newton(model, motion, rules, inside, h, counts[SLOW] == 1)
         if not trial.solved and not trial.renewed:
             trial = _newton(model, motion, rules, inside, h, True)
-        if unable(model):
+        if calls.unable(model):
             return UNABLE
         if not trial.solved:  # the last tangent may belong to a state that is far away, or not finite
             counts[LINEARISATIONS] += 1
-            lock(model, inertial_factor(rules, h))
-            renewed_force(model, t, motion.q, motion.u)
+            calls.lock(model, inertial_factor(rules, h))
+            calls.renewed_force(model, t, motion.q, motion.u)
         if rules.fixed_step > 0.0:
             if trial.solved:
                 counts[DIVISION] = max(1, counts[DIVISION] // 2)
@@ -230,11 +202,11 @@ def take_step(model: Any, motion: Motion, rules: Rules, until: float) -> int:
             sizes[STEP_SIZE] = _CUT * h
         else:
             error = _error(model, motion, rules, h, trial)
-            if unable(model):
+            if calls.unable(model):
                 return UNABLE
             small = error <= 1.0 or h <= rules.shortest
             if small:
-                part = part_of_step(model, end, trial.q, trial.u, h)
+                part = calls.part_of_step(model, end, trial.q, trial.u, h)
             if small and part >= 1.0:
                 _adapt(motion, rules, h, error, grow)
                 break
@@ -273,31 +245,33 @@ def _start(model: Any, motion: Motion, rules: Rules, until: float, filtered: boo
     # a drive that stops at this time is at rest right after it
     t = np.nextafter(sizes[TIME], math.inf)
     counts[LINEARISATIONS] += 1
-    present = renewed_force(model, t, q, u)
+    present = calls.renewed_force(model, t, q, u)
     counts[FACTORISATIONS] += 1
-    if not factorise_mass(model):
+    if not calls.factorise_mass(model):
         return False
-    copy_into(solve(model, present), motion.rate)
-    consistent(model, t, q, u, motion.rate, False)
+    vectors.copy_into(calls.solve(model, present), motion.rate)
+    calls.consistent(model, t, q, u, motion.rate, False)
     if sizes[STEP_SIZE] == 0.0:
         sizes[STEP_SIZE] = _first_size(motion, rules, until - sizes[TIME])
     h = sizes[STEP_SIZE]
-    if lock(model, inertial_factor(rules, h)):
-        present = renewed_force(model, t, q, u)
+    if calls.lock(model, inertial_factor(rules, h)):
+        present = calls.renewed_force(model, t, q, u)
     if not _factorise(model, motion, rules, h, u, False):
         return False
     if filtered:
-        copy_into(solve(model, scaled(inertial_factor(rules, h), present)), motion.rate)
+        vectors.copy_into(calls.solve(model, vectors.scaled(inertial_factor(rules, h), present)), motion.rate)
     counts[FORCES] += 1
     ahead = 1e-3 * h
-    change = scaled(1.0 / ahead, subtracted(force(model, t + ahead, q, u), present))
-    change = subtracted(subtracted(change, stiffness_times(model, u)), damping_times(model, motion.rate))
+    change = vectors.scaled(1.0 / ahead, vectors.subtracted(calls.force(model, t + ahead, q, u), present))
+    change = vectors.subtracted(
+        vectors.subtracted(change, calls.stiffness_times(model, u)), calls.damping_times(model, motion.rate)
+    )
     # u'' = M^-1 change; S in place of M differs by O(h), and bounds the contribution of stiff modes out of equilibrium
-    copy_into(solve(model, scaled(inertial_factor(rules, h), change)), motion.slope)
-    start_a(motion.rate, rules.shift * h, motion.slope, motion.a)
+    vectors.copy_into(calls.solve(model, vectors.scaled(inertial_factor(rules, h), change)), motion.slope)
+    vectors.start_a(motion.rate, rules.shift * h, motion.slope, motion.a)
     sizes[PRESENT], sizes[BEFORE] = h, 0.0
     sizes[CONTRACTION] = sizes[LAST_ERROR] = 1.0
-    sizes[LONGEST] = longest_step(model, sizes[TIME], q, u)
+    sizes[LONGEST] = calls.longest_step(model, sizes[TIME], q, u)
     counts[STARTED] = counts[TANGENT] = 1
     return True
 
@@ -353,37 +327,40 @@ def _newton(model: Any, motion: Motion, rules: Rules, end: float, h: float, rene
         if not _factorise(model, motion, rules, h, motion.u, False):
             return _Trial(False, renew, motion.u, motion.q, motion.u, motion.a, motion.rate)
         growth = (1.0 - h / present_size) * inertial_factor(rules, h)
-        old_a = subtracted(motion.a, solve(model, scaled(growth, mass_times(model, subtracted(motion.a, motion.rate)))))
-    x, u, a, rate = predict(
+        old_a = vectors.subtracted(
+            motion.a,
+            calls.solve(model, vectors.scaled(growth, calls.mass_times(model, vectors.subtracted(motion.a, motion.rate))))
+        )
+    x, u, a, rate = vectors.predict(
         h, rules.alpha_m, rules.alpha_f, rules.beta, rules.gamma, old_a, motion.u, motion.rate, motion.slope
     )
-    q = retract(model, motion.q, x)
+    q = calls.retract(model, motion.q, x)
     by_u, by_rate, by_a = rules.gamma / (rules.beta * h), inertial_factor(rules, h), 1.0 / (rules.beta * h**2)
-    weight = newton_weight(rules.resolved, rules.rtol / by_u, rules.velocity, motion.u)
-    locks = lock(model, by_rate)  # the penalties of locked directions turn with the bodies
+    weight = vectors.newton_weight(rules.resolved, rules.rtol / by_u, rules.velocity, motion.u)
+    locks = calls.lock(model, by_rate)  # the penalties of locked directions turn with the bodies
     renew = renew or locks
     before, fresh, predicted = math.inf, renew, x.copy()
     last = fresh and rules.fixed_step > 0.0
     for iteration in range(_PATIENT if last else _MOST):
         if renew:
             counts[LINEARISATIONS] += 1
-            present = renewed_force(model, end, q, u)
+            present = calls.renewed_force(model, end, q, u)
             if not _factorise(model, motion, rules, h, x, True):
                 break
         else:
             if h != sizes[FACTORISED] and not _factorise(model, motion, rules, h, x, True):
                 break  # the previous step was shortened
-            present = force(model, end, q, u)
+            present = calls.force(model, end, q, u)
             counts[FORCES] += 1
         counts[ITERATIONS] += 1
-        change = solve(model, subtracted(present, mass_times(model, rate)))
+        change = calls.solve(model, vectors.subtracted(present, calls.mass_times(model, rate)))
         if locks:
-            advance(model, change)
+            calls.advance(model, change)
         size = weighted_mean_square(change, weight)
         if not math.isfinite(size):
             break
-        correct(mapped(model, change), by_u, by_a, by_rate, x, u, a, rate)
-        q = retract(model, motion.q, x)
+        vectors.correct(calls.mapped(model, change), by_u, by_a, by_rate, x, u, a, rate)
+        q = calls.retract(model, motion.q, x)
         if iteration > 0:
             contraction = size / before if before > 0.0 else 0.0
             # the first correction stretches stiff springs that rotate; the second removes this
@@ -395,7 +372,7 @@ def _newton(model: Any, motion: Motion, rules: Rules, end: float, h: float, rene
             sizes[CONTRACTION] = 1.0  # the rate of convergence with this matrix is not known yet
         left = max(sizes[CONTRACTION], _SURE) / max(1.0 - sizes[CONTRACTION], 1e-3)
         converged = size * left <= rules.newton_tolerance or size <= 1e-3 * rules.newton_tolerance
-        if converged and not renew and contacts_opened(model):
+        if converged and not renew and calls.contacts_opened(model):
             renew, before = True, size
             continue
         if converged:
@@ -413,7 +390,7 @@ def _newton(model: Any, motion: Motion, rules: Rules, end: float, h: float, rene
 def _make_consistent(model: Any, end: float, q: np.ndarray, u: np.ndarray, a: np.ndarray, rate: np.ndarray) -> None:
     """Project q, u and u' at the end of a step; a - u' is kept."""
     found = rate.copy()
-    consistent(model, end, q, u, rate, False)
+    calls.consistent(model, end, q, u, rate, False)
     for i in range(found.shape[0]):
         a[i] += rate[i] - found[i]
 
@@ -421,19 +398,19 @@ def _make_consistent(model: Any, end: float, q: np.ndarray, u: np.ndarray, a: np
 @shared
 def _accept(model: Any, motion: Motion, rules: Rules, end: float, h: float, trial: _Trial, event: bool) -> None:
     sizes, counts = motion.sizes, motion.counts
-    copy_into(slope_and_bend(trial.rate, motion.rate, motion.slope, h, h)[0], motion.slope)
+    vectors.copy_into(vectors.slope_and_bend(trial.rate, motion.rate, motion.slope, h, h)[0], motion.slope)
     sizes[BEFORE], sizes[PRESENT], sizes[TIME] = h, h, end
-    copy_into(trial.q, motion.q)
-    copy_into(trial.u, motion.u)
-    copy_into(trial.a, motion.a)
-    copy_into(trial.rate, motion.rate)
+    vectors.copy_into(trial.q, motion.q)
+    vectors.copy_into(trial.u, motion.u)
+    vectors.copy_into(trial.a, motion.a)
+    vectors.copy_into(trial.rate, motion.rate)
     counts[STEPS] += 1
-    sizes[LONGEST] = accept(model, end, motion.q, motion.u)
+    sizes[LONGEST] = calls.accept(model, end, motion.q, motion.u)
     if event:
         counts[STARTED] = 0
     for b in rules.breaks:
         # multipliers jump with the accelerations of motors and drives
-        if b == end and (lock(model, 0.0) or _jumps(model, motion, rules)):
+        if b == end and (calls.lock(model, 0.0) or _jumps(model, motion, rules)):
             counts[STARTED] = 0
 
 
@@ -442,9 +419,9 @@ def _jumps(model: Any, motion: Motion, rules: Rules) -> bool:
     """Whether the forces jump right after the present time, for example where a drive stops; a kink is no jump."""
     t = motion.sizes[TIME]
     motion.counts[FORCES] += 2
-    after = force(model, np.nextafter(t, math.inf), motion.q, motion.u)
-    before = force(model, np.nextafter(t, -math.inf), motion.q, motion.u)
-    jump = solve(model, subtracted(after, before))
+    after = calls.force(model, np.nextafter(t, math.inf), motion.q, motion.u)
+    before = calls.force(model, np.nextafter(t, -math.inf), motion.q, motion.u)
+    jump = calls.solve(model, vectors.subtracted(after, before))
     return mean_ratio(jump, rules.tolerance) > _NEWTON
 
 
@@ -454,10 +431,10 @@ def _jumps(model: Any, motion: Motion, rules: Rules) -> bool:
 @shared
 def _error(model: Any, motion: Motion, rules: Rules, h: float, trial: _Trial) -> float:
     """Ratio of the local error of x and u to the tolerance."""
-    slope, bend = slope_and_bend(trial.rate, motion.rate, motion.slope, h, motion.sizes[BEFORE])
+    slope, bend = vectors.slope_and_bend(trial.rate, motion.rate, motion.slope, h, motion.sizes[BEFORE])
     filtered = inertial_factor(rules, h) * h**3
-    error_x = solve(model, scaled(rules.error_x * filtered, mass_times(model, slope)))
-    error_u = solve(model, scaled(rules.error_u * filtered, mass_times(model, bend)))
+    error_x = calls.solve(model, vectors.scaled(rules.error_x * filtered, calls.mass_times(model, slope)))
+    error_u = calls.solve(model, vectors.scaled(rules.error_u * filtered, calls.mass_times(model, bend)))
     return error_norm(error_x, error_u, rules.tolerance, rules.rtol, rules.velocity, motion.u, trial.u)
 
 
@@ -487,7 +464,7 @@ def _adapt(motion: Motion, rules: Rules, h: float, error: float, grow: bool) -> 
 def _factorise(model: Any, motion: Motion, rules: Rules, h: float, x: np.ndarray, maps: bool) -> bool:
     motion.sizes[FACTORISED] = h
     motion.counts[FACTORISATIONS] += 1
-    return factorise(model, rules.gamma / (rules.beta * h), inertial_factor(rules, h), x, maps)
+    return calls.factorise(model, rules.gamma / (rules.beta * h), inertial_factor(rules, h), x, maps)
 
 
 @shared

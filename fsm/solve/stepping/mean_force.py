@@ -43,48 +43,10 @@ import numpy as np
 from fsm.kernels.jit import kernel, shared
 from fsm.kernels.pointers import borrowed
 from fsm.kernels.vector import mean_ratio
+from fsm.solve.stepping import mean_newton as newton
+from fsm.solve.stepping import model as calls
 from fsm.solve.stepping.march import end_step
-from fsm.solve.stepping.mean_newton import (
-    COST,
-    DISSIPATED,
-    DIVISION,
-    ERROR_BEFORE,
-    FACTORED,
-    FAILED,
-    ITERATIONS,
-    KNOWN,
-    LAST,
-    LAST_BEFORE,
-    LINEARISATIONS,
-    LONGEST,
-    NEXT,
-    OFF,
-    REJECTED,
-    ROUND_OFF,
-    TIME,
-    WORK,
-    MeanMotion,
-    MeanRules,
-    StepEnergies,
-    accept_step,
-    quadrature_error,
-    reference,
-    same_size,
-    solved,
-    step_energies,
-)
-from fsm.solve.stepping.model import (
-    DRIVES,
-    energies,
-    factorise_mass,
-    longest_step,
-    mass_times,
-    part_of_step,
-    renewed_force,
-    retract,
-    solve,
-    unable,
-)
+from fsm.solve.stepping.mean_newton import MeanMotion, MeanRules, StepEnergies
 from fsm.solve.stepping.outcomes import NO_SOLUTION, OBJECTED, STEP_TOO_SMALL, STEPPED, UNABLE
 from fsm.solve.stepping.vectors import end_velocity, scaled, subtracted
 
@@ -124,7 +86,7 @@ def take_step(model: Any, motion: MeanMotion, rules: MeanRules, until: float) ->
     """Take one step that ends at `until` or before, and return the outcome (see `fsm.solve.stepping.outcomes`)."""
     target = until
     for b in rules.breaks:
-        if b > motion.sizes[TIME]:
+        if b > motion.sizes[newton.TIME]:
             target = min(target, b)
     if rules.fixed_step > 0.0:
         return _fixed_step(model, motion, rules, target)
@@ -137,51 +99,51 @@ def take_step(model: Any, motion: MeanMotion, rules: MeanRules, until: float) ->
 @shared
 def _fixed_step(model: Any, motion: MeanMotion, rules: MeanRules, target: float) -> int:
     sizes, counts = motion.sizes, motion.counts
-    t, spent = sizes[TIME], _spent(motion)
+    t, spent = sizes[newton.TIME], _spent(motion)
     while True:
         left = target - t
-        count = math.ceil(left * counts[DIVISION] / rules.fixed_step * (1.0 - 1e-9))
-        h = same_size(motion, left / max(count, 1))
+        count = math.ceil(left * counts[newton.DIVISION] / rules.fixed_step * (1.0 - 1e-9))
+        h = newton.same_size(motion, left / max(count, 1))
         end = target if count <= 1 else t + h
-        done, x = solved(model, motion, rules, h)
-        if unable(model):
+        done, x = newton.solved(model, motion, rules, h)
+        if calls.unable(model):
             return UNABLE
         if done:
-            found = step_energies(model, motion, h, x, end)
+            found = newton.step_energies(model, motion, h, x, end)
             done = math.isfinite(found.stored)
-            if done and (counts[DIVISION] >= _FINEST // 4 or _conserved(motion, found)):
+            if done and (counts[newton.DIVISION] >= _FINEST // 4 or _conserved(motion, found)):
                 break
-        counts[FAILED] += 1
-        sizes[FACTORED] = 0.0
-        counts[DIVISION], sizes[COST] = 2 * counts[DIVISION], BETWEEN
-        if counts[DIVISION] > _FINEST:
+        counts[newton.FAILED] += 1
+        sizes[newton.FACTORED] = 0.0
+        counts[newton.DIVISION], sizes[newton.COST] = 2 * counts[newton.DIVISION], BETWEEN
+        if counts[newton.DIVISION] > _FINEST:
             return NO_SOLUTION
     divide(motion, _spent(motion) - spent)
-    accept_step(model, motion, h, x, end, found)
+    newton.accept_step(model, motion, h, x, end, found)
     return STEPPED
 
 
 @shared
 def _spent(motion: MeanMotion) -> float:
-    return motion.counts[ITERATIONS] + _FACTORS * motion.counts[LINEARISATIONS]
+    return motion.counts[newton.ITERATIONS] + _FACTORS * motion.counts[newton.LINEARISATIONS]
 
 
 @shared
 def divide(motion: MeanMotion, cost: float) -> None:
     """Halve or double the next steps by the cost of the last ones."""
     sizes, counts = motion.sizes, motion.counts
-    sizes[COST] = _MEMORY * sizes[COST] + (1.0 - _MEMORY) * cost
-    if sizes[COST] > _DEAR and counts[DIVISION] < _HALVES:
-        counts[DIVISION], sizes[COST] = 2 * counts[DIVISION], BETWEEN
-    elif sizes[COST] < _CHEAP and counts[DIVISION] > 1:
-        counts[DIVISION], sizes[COST] = counts[DIVISION] // 2, BETWEEN
+    sizes[newton.COST] = _MEMORY * sizes[newton.COST] + (1.0 - _MEMORY) * cost
+    if sizes[newton.COST] > _DEAR and counts[newton.DIVISION] < _HALVES:
+        counts[newton.DIVISION], sizes[newton.COST] = 2 * counts[newton.DIVISION], BETWEEN
+    elif sizes[newton.COST] < _CHEAP and counts[newton.DIVISION] > 1:
+        counts[newton.DIVISION], sizes[newton.COST] = counts[newton.DIVISION] // 2, BETWEEN
 
 
 @shared
 def _conserved(motion: MeanMotion, found: StepEnergies) -> bool:
     """Whether the quadrature of a fixed step conserves the energy."""
-    bound = max(_LOST_AT_ONCE * reference(motion, found), motion.sizes[ROUND_OFF])
-    return abs(quadrature_error(motion, found)) <= bound
+    bound = max(_LOST_AT_ONCE * newton.reference(motion, found), motion.sizes[newton.ROUND_OFF])
+    return abs(newton.quadrature_error(motion, found)) <= bound
 
 
 # error control ----------------------------------------------------------------------------------------------------------
@@ -190,51 +152,51 @@ def _conserved(motion: MeanMotion, found: StepEnergies) -> bool:
 @shared
 def _controlled_step(model: Any, motion: MeanMotion, rules: MeanRules, target: float, until: float) -> int:
     sizes, counts = motion.sizes, motion.counts
-    t = sizes[TIME]
-    if sizes[LONGEST] == 0.0:
-        sizes[LONGEST] = longest_step(model, t, motion.q, motion.u)
-    if sizes[NEXT] == 0.0 and not _start(model, motion, rules, until - t):
-        return UNABLE if unable(model) else NO_SOLUTION
+    t = sizes[newton.TIME]
+    if sizes[newton.LONGEST] == 0.0:
+        sizes[newton.LONGEST] = calls.longest_step(model, t, motion.q, motion.u)
+    if sizes[newton.NEXT] == 0.0 and not _start(model, motion, rules, until - t):
+        return UNABLE if calls.unable(model) else NO_SOLUTION
     grow = True
     while True:
-        left, h = target - t, min(sizes[NEXT], rules.max_step, sizes[LONGEST])
+        left, h = target - t, min(sizes[newton.NEXT], rules.max_step, sizes[newton.LONGEST])
         count = math.ceil(left / h * (1.0 - 1e-9))
-        h = same_size(motion, left / count if count <= 2 else h)
+        h = newton.same_size(motion, left / count if count <= 2 else h)
         end = target if count <= 1 else t + h
         if not end > t:
             return STEP_TOO_SMALL
-        done, x = solved(model, motion, rules, h)
-        if unable(model):
+        done, x = newton.solved(model, motion, rules, h)
+        if calls.unable(model):
             return UNABLE
         part = 1.0
         # the end of a step may be beyond a state that the Gauss points do not reach, for example where facets meet
         if done:
-            found = step_energies(model, motion, h, x, end)
+            found = newton.step_energies(model, motion, h, x, end)
             done = math.isfinite(found.stored)
         if not done:
-            counts[FAILED] += 1
-            sizes[FACTORED] = 0.0
-            sizes[NEXT] = _CUT * h
+            counts[newton.FAILED] += 1
+            sizes[newton.FACTORED] = 0.0
+            sizes[newton.NEXT] = _CUT * h
         else:
-            part = part_of_step(model, end, retract(model, motion.q, x), end_velocity(x, h, motion.u), h)
+            part = calls.part_of_step(model, end, calls.retract(model, motion.q, x), end_velocity(x, h, motion.u), h)
             if part >= 1.0:
                 of_time = _error(model, motion, rules, h, x) if h > rules.shortest else 0.0
                 error = max(of_time, _lost(motion, found) if h > rules.shortest / _FINEST else 0.0)
                 if error <= 1.0:
                     _adapt(motion, rules, h, max(error, 1e-8), grow)
                     break
-                sizes[NEXT] = h * max(_SHRINK, _SAFETY * error ** (-1.0 / 3.0))
+                sizes[newton.NEXT] = h * max(_SHRINK, _SAFETY * error ** (-1.0 / 3.0))
                 if error == of_time:
-                    sizes[NEXT] = max(sizes[NEXT], min(h, rules.shortest))
+                    sizes[newton.NEXT] = max(sizes[newton.NEXT], min(h, rules.shortest))
             else:
-                sizes[NEXT] = h * part
-            counts[REJECTED] += 1
+                sizes[newton.NEXT] = h * part
+            counts[newton.REJECTED] += 1
         grow = False
-        if sizes[NEXT] < _SMALLEST * max(abs(t), until - t):
+        if sizes[newton.NEXT] < _SMALLEST * max(abs(t), until - t):
             if not done:
                 return NO_SOLUTION
             return OBJECTED if part < 1.0 else STEP_TOO_SMALL
-    accept_step(model, motion, h, x, end, found)
+    newton.accept_step(model, motion, h, x, end, found)
     return STEPPED
 
 
@@ -242,15 +204,15 @@ def _controlled_step(model: Any, motion: MeanMotion, rules: MeanRules, target: f
 def _start(model: Any, motion: MeanMotion, rules: MeanRules, left: float) -> bool:
     """Choose the first step, from the velocity and from u' right after the present time."""
     sizes = motion.sizes
-    right = renewed_force(model, np.nextafter(sizes[TIME], math.inf), motion.q, motion.u)
-    if not factorise_mass(model):
+    right = calls.renewed_force(model, np.nextafter(sizes[newton.TIME], math.inf), motion.q, motion.u)
+    if not calls.factorise_mass(model):
         return False
-    sizes[FACTORED] = 0.0
-    rate = solve(model, right)
+    sizes[newton.FACTORED] = 0.0
+    rate = calls.solve(model, right)
     pace = max(mean_ratio(motion.u, rules.size), math.sqrt(mean_ratio(rate, rules.size)))
-    sizes[NEXT] = min(_FIRST * left, rules.max_step)
+    sizes[newton.NEXT] = min(_FIRST * left, rules.max_step)
     if pace > 0.0:
-        sizes[NEXT] = min(sizes[NEXT], rules.rtol ** (1.0 / 3.0) / pace)
+        sizes[newton.NEXT] = min(sizes[newton.NEXT], rules.rtol ** (1.0 / 3.0) / pace)
     return True
 
 
@@ -262,36 +224,38 @@ def _error(model: Any, motion: MeanMotion, rules: MeanRules, h: float, x: np.nda
     steps.
     """
     sizes, mean = motion.sizes, scaled(1.0 / h, x)
-    if motion.counts[KNOWN] == 0:
+    if motion.counts[newton.KNOWN] == 0:
         return 0.0
-    if motion.counts[KNOWN] == 1:
+    if motion.counts[newton.KNOWN] == 1:
         return h / rules.rtol ** (2.0 / 3.0) * mean_ratio(subtracted(mean, motion.mean), rules.size)
-    rate = scaled(1.0 / (0.5 * (h + sizes[LAST])), subtracted(mean, motion.mean))
-    jerk = scaled(1.0 / (0.5 * (0.5 * h + sizes[LAST] + 0.5 * sizes[LAST_BEFORE])), subtracted(rate, motion.rate))
-    filtered = scaled(h / 6.0, mass_times(model, jerk))  # factor h^3/12 times 2/h^2
-    return mean_ratio(solve(model, filtered), rules.size) / rules.rtol
+    rate = scaled(1.0 / (0.5 * (h + sizes[newton.LAST])), subtracted(mean, motion.mean))
+    jerk = scaled(
+        1.0 / (0.5 * (0.5 * h + sizes[newton.LAST] + 0.5 * sizes[newton.LAST_BEFORE])), subtracted(rate, motion.rate)
+    )
+    filtered = scaled(h / 6.0, calls.mass_times(model, jerk))  # factor h^3/12 times 2/h^2
+    return mean_ratio(calls.solve(model, filtered), rules.size) / rules.rtol
 
 
 @shared
 def _lost(motion: MeanMotion, found: StepEnergies) -> float:
     """Ratio of the energy error of the quadrature to its bound."""
-    sizes, turnover = motion.sizes, reference(motion, found)
-    most = max(_AT_ONCE * (_LOST * turnover - abs(sizes[OFF])), _LEAST * turnover, sizes[ROUND_OFF])
-    return abs(quadrature_error(motion, found)) / most if most > 0.0 else 0.0
+    sizes, turnover = motion.sizes, newton.reference(motion, found)
+    most = max(_AT_ONCE * (_LOST * turnover - abs(sizes[newton.OFF])), _LEAST * turnover, sizes[newton.ROUND_OFF])
+    return abs(newton.quadrature_error(motion, found)) / most if most > 0.0 else 0.0
 
 
 @shared
 def _adapt(motion: MeanMotion, rules: MeanRules, h: float, error: float, grow: bool) -> None:
     """Soderlind's PI controller (PI.4.2)."""
     sizes = motion.sizes
-    factor = _SAFETY * error ** (-0.2) * sizes[ERROR_BEFORE] ** (1.0 / 15.0)
-    sizes[ERROR_BEFORE] = error
-    most, following = _GROWTH if grow else 1.0, sizes[NEXT]
+    factor = _SAFETY * error ** (-0.2) * sizes[newton.ERROR_BEFORE] ** (1.0 / 15.0)
+    sizes[newton.ERROR_BEFORE] = error
+    most, following = _GROWTH if grow else 1.0, sizes[newton.NEXT]
     wanted = max(h * min(max(factor, _SHRINK), most), min(h * most, rules.shortest))
     if grow and h < following and error * (following / h) ** 3 <= 1.0:
         wanted = max(wanted, following)
     if not following <= wanted <= _STEADY * following or not grow:
-        sizes[NEXT] = min(wanted, rules.max_step)
+        sizes[newton.NEXT] = min(wanted, rules.max_step)
 
 
 # many steps -------------------------------------------------------------------------------------------------------------
@@ -307,19 +271,19 @@ def march_mean_force(
     """
     sizes, drives, last = motion.sizes, motion.drive_force.shape[0], records.shape[0] - 1
     for number in range(most):
-        begin, record = sizes[TIME], records[min(number, last)]
+        begin, record = sizes[newton.TIME], records[min(number, last)]
         if not begin < until:
             break
         outcome = take_step(model, motion, rules, until)
         if outcome != STEPPED:
             return outcome
-        kinetic, potential, _, power, driven = energies(model, sizes[TIME], motion.q, motion.u, 0.0, record)
+        kinetic, potential, _, power, driven = calls.energies(model, sizes[newton.TIME], motion.q, motion.u, 0.0, record)
         for k in range(drives):
-            record[DRIVES + drives + k] = motion.drive_force[k]
+            record[calls.DRIVES + drives + k] = motion.drive_force[k]
         for row in range(2):
             for k in range(motion.of_pairs.shape[1]):
                 motion.all_pairs[row, k] += motion.of_pairs[row, k]
-        done, lost = sizes[WORK], sizes[DISSIPATED]
+        done, lost = sizes[newton.WORK], sizes[newton.DISSIPATED]
         if end_step(balance, record, motion, begin, done, lost, kinetic, potential, power, driven):
             break
     return STEPPED

@@ -9,21 +9,7 @@ import numpy as np
 
 from fsm.kernels.jit import shared
 from fsm.kernels.vector import mean_ratio
-from fsm.solve.stepping.model import (
-    DRIVES,
-    accept,
-    contacts_opened,
-    factorise,
-    force,
-    keep_tangent,
-    mapped,
-    mass_times,
-    powers,
-    renewed_force,
-    retract,
-    solve,
-    stored,
-)
+from fsm.solve.stepping import model as calls
 from fsm.solve.stepping.secants import add, clear, improved, no_secants
 from fsm.solve.stepping.vectors import changed_rate, copy_into, end_velocity, inner, mean_balance, moved, scaled, subtracted
 
@@ -153,9 +139,9 @@ def _residual(model: Any, motion: MeanMotion, h: float, x: np.ndarray) -> np.nda
     """Residual of forces and inertia, N."""
     motion.counts[FORCES] += 2
     rate, q = scaled(1.0 / h, x), motion.q
-    early = force(model, _at(motion, h, _EARLY), retract(model, q, scaled(_EARLY, x)), rate)
-    late = force(model, _at(motion, h, _LATE), retract(model, q, scaled(_LATE, x)), rate)
-    return mean_balance(early, late, mass_times(model, changed_rate(x, h, motion.u)))
+    early = calls.force(model, _at(motion, h, _EARLY), calls.retract(model, q, scaled(_EARLY, x)), rate)
+    late = calls.force(model, _at(motion, h, _LATE), calls.retract(model, q, scaled(_LATE, x)), rate)
+    return mean_balance(early, late, calls.mass_times(model, changed_rate(x, h, motion.u)))
 
 
 @shared
@@ -163,15 +149,15 @@ def _factorise(model: Any, motion: MeanMotion, h: float, x: np.ndarray) -> bool:
     rate, q = scaled(1.0 / h, x), motion.q
     while True:  # contacts that are found at one of the points may add blocks to the pattern
         motion.counts[LINEARISATIONS] += 1
-        renewed_force(model, _at(motion, h, _EARLY), retract(model, q, scaled(_EARLY, x)), rate)
-        keep_tangent(model, 0.5 * _EARLY, 0.5, True)
-        renewed_force(model, _at(motion, h, _LATE), retract(model, q, scaled(_LATE, x)), rate)
-        if keep_tangent(model, 0.5 * _LATE, 0.5, False):
+        calls.renewed_force(model, _at(motion, h, _EARLY), calls.retract(model, q, scaled(_EARLY, x)), rate)
+        calls.keep_tangent(model, 0.5 * _EARLY, 0.5, True)
+        calls.renewed_force(model, _at(motion, h, _LATE), calls.retract(model, q, scaled(_LATE, x)), rate)
+        if calls.keep_tangent(model, 0.5 * _LATE, 0.5, False):
             break
     motion.counts[FACTORISATIONS] += 1
     motion.sizes[FACTORED] = h
     # increments at the point s are s times the increments of x, except for the rotation of the axes
-    return factorise(model, 1.0 / h, 2.0 / h**2, scaled(0.5, x), True)
+    return calls.factorise(model, 1.0 / h, 2.0 / h**2, scaled(0.5, x), True)
 
 
 @shared
@@ -198,7 +184,7 @@ def solved(model: Any, motion: MeanMotion, rules: MeanRules, h: float) -> tuple[
                 return False, x
             clear(secants)
         motion.counts[ITERATIONS] += 1
-        dx = improved(secants, mapped(model, solve(model, residual)))
+        dx = improved(secants, calls.mapped(model, calls.solve(model, residual)))
         size = mean_ratio(dx, rules.size)
         if not math.isfinite(size):
             return False, x
@@ -207,7 +193,7 @@ def solved(model: Any, motion: MeanMotion, rules: MeanRules, h: float) -> tuple[
         least = size <= 1e-3 * tolerance
         converged = left <= tolerance or least
         # contacts that have opened since the factorisation make it too stiff
-        opened = converged and not renew and contacts_opened(model)
+        opened = converged and not renew and calls.contacts_opened(model)
         exact = not fixed or least
         if converged and not opened and (exact or _residual_work(model, motion, h, x, residual) <= 1.0):
             return True, moved(x, 1.0, dx)
@@ -225,7 +211,7 @@ def solved(model: Any, motion: MeanMotion, rules: MeanRules, h: float) -> tuple[
 def _residual_work(model: Any, motion: MeanMotion, h: float, x: np.ndarray, residual: np.ndarray) -> float:
     """Work of a residual in a step over its bound."""
     rate = scaled(1.0 / h, x)
-    turnover = max(motion.sizes[TURNOVER], 0.5 * inner(rate, mass_times(model, rate)))
+    turnover = max(motion.sizes[TURNOVER], 0.5 * inner(rate, calls.mass_times(model, rate)))
     return abs(inner(residual, x)) / max(_WORK * turnover, motion.sizes[ROUND_OFF], 1e-300)
 
 
@@ -252,12 +238,12 @@ def step_energies(model: Any, motion: MeanMotion, h: float, x: np.ndarray, end: 
     """Energies of a step: at its end, and work and dissipation over it."""
     drives, pairs = motion.drive_force.shape[0], motion.of_pairs.shape[1]
     rate, q, of_pairs, drive_force = scaled(1.0 / h, x), motion.q, np.zeros((2, pairs)), np.zeros(drives)
-    early = powers(
-        model, _at(motion, h, _EARLY), retract(model, q, scaled(_EARLY, x)), rate, of_pairs, drive_force
+    early = calls.powers(
+        model, _at(motion, h, _EARLY), calls.retract(model, q, scaled(_EARLY, x)), rate, of_pairs, drive_force
     )
-    late = powers(model, _at(motion, h, _LATE), retract(model, q, scaled(_LATE, x)), rate, of_pairs, drive_force)
-    record = np.zeros(DRIVES + 2 * drives + pairs)
-    kinetic, total = stored(model, end, retract(model, q, x), end_velocity(x, h, motion.u), record)
+    late = calls.powers(model, _at(motion, h, _LATE), calls.retract(model, q, scaled(_LATE, x)), rate, of_pairs, drive_force)
+    record = np.zeros(calls.DRIVES + 2 * drives + pairs)
+    kinetic, total = calls.stored(model, end, calls.retract(model, q, x), end_velocity(x, h, motion.u), record)
     for k in range(drives):
         drive_force[k] *= 0.5
     for row in range(2):
@@ -285,8 +271,8 @@ def accept_step(model: Any, motion: MeanMotion, h: float, x: np.ndarray, end: fl
     copy_into(rate, motion.mean)
     sizes[LAST_BEFORE], sizes[LAST] = sizes[LAST], h
     later = end_velocity(x, h, motion.u)
-    copy_into(retract(model, motion.q, x), motion.q)
+    copy_into(calls.retract(model, motion.q, x), motion.q)
     copy_into(later, motion.u)
     sizes[TIME] = end
     counts[STEPS] += 1
-    sizes[LONGEST] = accept(model, end, motion.q, motion.u)
+    sizes[LONGEST] = calls.accept(model, end, motion.q, motion.u)

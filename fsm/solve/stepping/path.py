@@ -13,65 +13,9 @@ import numpy as np
 
 from fsm.kernels.jit import kernel, shared
 from fsm.kernels.vector import largest_ratio
-from fsm.solve.stepping.march import (
-    DISSIPATED,
-    ERROR,
-    GAINED,
-    KINETIC_WORST,
-    ROUND_OFF,
-    START,
-    TURNOVER,
-    WORK,
-    WORST,
-    balanced,
-)
-from fsm.solve.stepping.path_state import (
-    ACCEPTED,
-    APART,
-    AT,
-    AT_EVENT,
-    BALANCE,
-    BEFORE,
-    COARSE,
-    COARSE_AT,
-    COARSE_ERROR,
-    COARSE_STEP,
-    DOUBTFUL,
-    DRIVES,
-    EARLIER,
-    EVENT,
-    FAR,
-    FORCE_ROUND_OFF,
-    HEAD_ON,
-    INERTIA,
-    JUDGED,
-    KEPT,
-    KEPT_LOSS,
-    KINETIC,
-    KNOWN,
-    LACKS,
-    LARGEST,
-    LAST_ITERATIONS,
-    LIMIT,
-    LOADS,
-    LOST,
-    MOVING_ON,
-    OPENING,
-    PAIR_DAMPING,
-    PAIR_SLIDING,
-    PART,
-    REACTION,
-    REJECTED,
-    RESTING,
-    SIZE,
-    SLOWED,
-    STEPS,
-    STORED,
-    TIME,
-    UNABLE,
-    Path,
-    PathRules,
-)
+from fsm.solve.stepping import march
+from fsm.solve.stepping import path_state as index
+from fsm.solve.stepping.path_state import Path, PathRules
 from fsm.solve.stepping.vectors import copy_into, inner, subtracted
 
 _DEEP = 1e4
@@ -170,7 +114,7 @@ def _add(factor: float, vector: np.ndarray, out: np.ndarray) -> None:
 @shared
 def extrapolate(model: Any, path: Path, aim: float) -> None:
     """Write increment and efforts at a path parameter, by the polynomial through the last states (two or three)."""
-    last = path.counts[KNOWN] - 1
+    last = path.counts[index.KNOWN] - 1
     path.increment[:] = 0.0
     copy_into(path.efforts[last], path.next_efforts)
     for k in range(last):
@@ -185,9 +129,9 @@ def extrapolate(model: Any, path: Path, aim: float) -> None:
 @shared
 def remember(path: Path, progress: float, q: np.ndarray, efforts: np.ndarray) -> None:
     """Add a state to the states of the extrapolation."""
-    known = path.counts[KNOWN]
-    if known == KEPT:
-        for k in range(KEPT - 1):
+    known = path.counts[index.KNOWN]
+    if known == index.KEPT:
+        for k in range(index.KEPT - 1):
             path.progress[k] = path.progress[k + 1]
             copy_into(path.states[k + 1], path.states[k])
             copy_into(path.efforts[k + 1], path.efforts[k])
@@ -195,27 +139,27 @@ def remember(path: Path, progress: float, q: np.ndarray, efforts: np.ndarray) ->
     path.progress[known] = progress
     copy_into(q, path.states[known])
     copy_into(efforts, path.efforts[known])
-    path.counts[KNOWN] = known + 1
+    path.counts[index.KNOWN] = known + 1
 
 
 @shared
 def _head_on(model: Any, path: Path, rules: PathRules, t: float, guess: np.ndarray) -> bool:
     """Whether a prediction penetrates a closing contact too far for Newton's method."""
-    begin = path.numbers[TIME]
+    begin = path.numbers[index.TIME]
     if rules.fixed_pattern or t - begin < _KINK * rules.first_step:
         return False
     force = contact_force(model, t, guess) / _DEEP
-    return bool(force > path.numbers[REACTION]) and force > contact_force(model, begin, path.q)
+    return bool(force > path.numbers[index.REACTION]) and force > contact_force(model, begin, path.q)
 
 
 @shared
 def _bow(path: Path, k: int, record: np.ndarray) -> float:
     """Mean force of drive k at both ends minus its mean over the step, from the curvature of the force curve, N."""
-    if path.counts[EARLIER] == 0:
+    if path.counts[index.EARLIER] == 0:
         return 0.0
-    force = DRIVES + path.resting_drives.shape[0] + k
-    first = path.record[DRIVES + k] - path.earlier[DRIVES + k]
-    second = record[DRIVES + k] - path.record[DRIVES + k]
+    force = index.DRIVES + path.resting_drives.shape[0] + k
+    first = path.record[index.DRIVES + k] - path.earlier[index.DRIVES + k]
+    second = record[index.DRIVES + k] - path.record[index.DRIVES + k]
     if first * second <= 0.0:  # the drive has stopped or reversed
         return 0.0
     bend = (record[force] - path.record[force]) / second - (path.record[force] - path.earlier[force]) / first
@@ -226,14 +170,14 @@ def _bow(path: Path, k: int, record: np.ndarray) -> float:
 @shared
 def _work(model: Any, path: Path, t: float, record: np.ndarray) -> float:
     """Work of drives and loads in a step, J: the integral of the parabola through the forces of the last three states."""
-    begin, count = path.numbers[TIME], path.resting_drives.shape[0]
+    begin, count = path.numbers[index.TIME], path.resting_drives.shape[0]
     work = 0.0
     for k in range(count):
-        force = DRIVES + count + k
-        travel = record[DRIVES + k] - path.record[DRIVES + k]
+        force = index.DRIVES + count + k
+        travel = record[index.DRIVES + k] - path.record[index.DRIVES + k]
         work += (0.5 * (path.record[force] + record[force]) - _bow(path, k, record)) * travel
-    loads = record[LOADS] * (t - begin)
-    if loads != 0.0 or path.record[LOADS] != 0.0:  # mean of the loads at both ends of the step, along the same motion
+    loads = record[index.LOADS] * (t - begin)
+    if loads != 0.0 or path.record[index.LOADS] != 0.0:  # mean of the loads at both ends of the step, along the same motion
         loads = 0.5 * (loads + power_before(model, begin, path.q, t, path.found) * (t - begin))
     return float(work + loads)
 
@@ -245,22 +189,22 @@ def _dissipated(model: Any, path: Path, t: float, record: np.ndarray) -> float:
     At an equilibrium these forces are the residual without them. Small losses, and the first step, use the forces at the
     end only. The loss of rate-independent sliding is computed exactly.
     """
-    counts, begin, count = path.counts, path.numbers[TIME], path.resting_drives.shape[0]
-    alone = record[LOST] * (t - begin)
-    if counts[EARLIER] == 0 or alone < _SMALL_LOSS * path.balance[TURNOVER]:
-        counts[RESTING] = 0
+    counts, begin, count = path.counts, path.numbers[index.TIME], path.resting_drives.shape[0]
+    alone = record[index.LOST] * (t - begin)
+    if counts[index.EARLIER] == 0 or alone < _SMALL_LOSS * path.balance[march.TURNOVER]:
+        counts[index.RESTING] = 0
         return float(alone)
-    if counts[RESTING] == 0:
+    if counts[index.RESTING] == 0:
         balance_at_rest(model, begin, path.q, path.resting, path.resting_drives)
     balance_at_rest(model, t, path.found, path.next_resting, path.next_resting_drives)
-    counts[RESTING] = 1
+    counts[index.RESTING] = 1
     moved = difference(model, path.q, path.found)
     taken = inner(path.resting, moved) + inner(path.next_resting, moved)
     for k in range(count):
-        force = DRIVES + count + k
+        force = index.DRIVES + count + k
         driven = path.record[force] - path.resting_drives[k] + record[force] - path.next_resting_drives[k]
-        taken += driven * (record[DRIVES + k] - path.record[DRIVES + k])
-    return float(max(0.0, 0.5 * taken) + record[KEPT_LOSS] * (t - begin))
+        taken += driven * (record[index.DRIVES + k] - path.record[index.DRIVES + k])
+    return float(max(0.0, 0.5 * taken) + record[index.KEPT_LOSS] * (t - begin))
 
 
 @shared
@@ -275,10 +219,10 @@ def _imbalance(path: Path, rules: PathRules, record: np.ndarray, work: float, di
 
     At the start the residual is relative to the work of the largest reaction along a small part of the span.
     """
-    balance, stored = path.balance, record[STORED] - path.record[STORED]
-    turnover = max(balance[TURNOVER], abs(record[STORED] - balance[START]), abs(work))
-    turnover = max(turnover, little_work(max(path.numbers[REACTION], record[LARGEST]), rules.extent))
-    return float(abs(stored + dissipated - work) / turnover) if turnover > balance[ROUND_OFF] else 0.0
+    balance, stored = path.balance, record[index.STORED] - path.record[index.STORED]
+    turnover = max(balance[march.TURNOVER], abs(record[index.STORED] - balance[march.START]), abs(work))
+    turnover = max(turnover, little_work(max(path.numbers[index.REACTION], record[index.LARGEST]), rules.extent))
+    return float(abs(stored + dissipated - work) / turnover) if turnover > balance[march.ROUND_OFF] else 0.0
 
 
 @shared
@@ -291,14 +235,14 @@ def _is_coarse(path: Path, rules: PathRules, duration: float, error: float) -> b
     larger than rtol.
     """
     numbers = path.numbers
-    longer, worse, jump = numbers[COARSE_STEP], numbers[COARSE_ERROR], False
-    if numbers[COARSE_AT] == numbers[TIME] and duration < longer:
+    longer, worse, jump = numbers[index.COARSE_STEP], numbers[index.COARSE_ERROR], False
+    if numbers[index.COARSE_AT] == numbers[index.TIME] and duration < longer:
         jump = error > math.sqrt(duration / longer) * worse
-    numbers[COARSE_AT], numbers[COARSE_STEP], numbers[COARSE_ERROR] = numbers[TIME], duration, error
+    numbers[index.COARSE_AT], numbers[index.COARSE_STEP], numbers[index.COARSE_ERROR] = numbers[index.TIME], duration, error
     resolved = rules.rtol
     if rules.fixed_pattern and not rules.rate_dependent:
-        resolved = max(resolved, numbers[FORCE_ROUND_OFF] / max(numbers[REACTION], 1e-300))
-    return bool(error > _COARSE * resolved and not (jump and path.counts[LAST_ITERATIONS] <= _ITERATIONS))
+        resolved = max(resolved, numbers[index.FORCE_ROUND_OFF] / max(numbers[index.REACTION], 1e-300))
+    return bool(error > _COARSE * resolved and not (jump and path.counts[index.LAST_ITERATIONS] <= _ITERATIONS))
 
 
 @shared
@@ -308,47 +252,51 @@ def _adapt(path: Path, rules: PathRules, duration: float, correction: float) -> 
     The step does not grow after many Newton iterations.
     """
     factor = 0.9 * (rules.aim / max(correction, 1e-12)) ** (1.0 / 3.0)
-    factor = min(factor, _GROWTH, _ITERATIONS / max(path.counts[LAST_ITERATIONS], 1))
+    factor = min(factor, _GROWTH, _ITERATIONS / max(path.counts[index.LAST_ITERATIONS], 1))
     wanted = duration * max(_SHRINK, factor)
     # a step that is shortened to end at a given time gives no estimate for longer steps
-    size = path.numbers[SIZE]
-    path.numbers[SIZE] = wanted if duration >= 0.5 * size else max(wanted, size)
+    size = path.numbers[index.SIZE]
+    path.numbers[index.SIZE] = wanted if duration >= 0.5 * size else max(wanted, size)
 
 
 @shared
 def _advance(model: Any, path: Path, t: float, record: np.ndarray, work: float, dissipated: float) -> None:
     """Make the state that was found the present state."""
     numbers, counts, balance = path.numbers, path.counts, path.balance
-    drives, duration = path.resting_drives.shape[0], t - numbers[TIME]
-    sums = record[DRIVES + 2 * drives :].reshape(7, path.pair_energy.shape[1])
+    drives, duration = path.resting_drives.shape[0], t - numbers[index.TIME]
+    sums = record[index.DRIVES + 2 * drives :].reshape(7, path.pair_energy.shape[1])
     for p in range(path.pair_energy.shape[1]):
-        path.pair_energy[0, p] += sums[PAIR_SLIDING, p] * duration
-        path.pair_energy[1, p] += sums[PAIR_DAMPING, p] * duration
+        path.pair_energy[0, p] += sums[index.PAIR_SLIDING, p] * duration
+        path.pair_energy[1, p] += sums[index.PAIR_DAMPING, p] * duration
     accept(model, path, t)
-    balance[WORK] += work
-    balance[DISSIPATED] += dissipated
-    balance[ERROR], balance[WORST], balance[GAINED], balance[TURNOVER], balance[KINETIC_WORST] = balanced(
-        record[STORED], 0.0, balance[START], balance[DISSIPATED], balance[WORK], balance[WORST], balance[GAINED],
-        balance[TURNOVER], balance[KINETIC_WORST],
+    balance[march.WORK] += work
+    balance[march.DISSIPATED] += dissipated
+    (
+        balance[march.ERROR], balance[march.WORST], balance[march.GAINED], balance[march.TURNOVER],
+        balance[march.KINETIC_WORST],
+    ) = march.balanced(
+        record[index.STORED], 0.0, balance[march.START], balance[march.DISSIPATED], balance[march.WORK],
+        balance[march.WORST], balance[march.GAINED],
+        balance[march.TURNOVER], balance[march.KINETIC_WORST],
     )  # fmt: skip
-    numbers[REACTION] = max(numbers[REACTION], record[LARGEST])
+    numbers[index.REACTION] = max(numbers[index.REACTION], record[index.LARGEST])
     copy_into(path.record, path.earlier)
     copy_into(record, path.record)
     copy_into(path.next_resting, path.resting)
     copy_into(path.next_resting_drives, path.resting_drives)
     copy_into(path.q, path.q_before)
     copy_into(path.found, path.q)
-    numbers[BEFORE], numbers[TIME] = numbers[TIME], t
-    counts[EARLIER] = 1
-    counts[STEPS] += 1
+    numbers[index.BEFORE], numbers[index.TIME] = numbers[index.TIME], t
+    counts[index.EARLIER] = 1
+    counts[index.STEPS] += 1
     remember(path, progress_at(model, t), path.q, path.found_efforts)
 
 
 @shared
 def _note(path: Path, held: int, row: np.ndarray) -> None:
     """Write the row of the present state."""
-    row[AT], row[MOVING_ON] = path.numbers[TIME], 1.0 if held == SLOWED else 0.0
-    first = BALANCE
+    row[index.AT], row[index.MOVING_ON] = path.numbers[index.TIME], 1.0 if held == index.SLOWED else 0.0
+    first = index.BALANCE
     for part in (path.balance, path.record, path.pair_energy.reshape(-1), path.q):
         last = first + part.shape[0]
         copy_into(part, row[first:last])
@@ -359,51 +307,51 @@ def _note(path: Path, held: int, row: np.ndarray) -> None:
 def attempt(model: Any, path: Path, rules: PathRules, t: float, row: np.ndarray) -> int:
     """Try a step to time t, and return its outcome; an accepted step writes the row of its state."""
     numbers, balance, record = path.numbers, path.balance, path.next_record
-    duration, extrapolated = t - numbers[TIME], path.counts[KNOWN] > 1
+    duration, extrapolated = t - numbers[index.TIME], path.counts[index.KNOWN] > 1
     if extrapolated:
         extrapolate(model, path, progress_at(model, t))
     else:
         outcome = tangent_guess(model, path, t)
-        if outcome != ACCEPTED:
+        if outcome != index.ACCEPTED:
             return outcome
     guess = retracted(model, path.q, path.increment)
     if extrapolated and _head_on(model, path, rules, t, guess):
-        return HEAD_ON
+        return index.HEAD_ON
     outcome = equilibrium(model, path, rules, t, guess)
-    if outcome != ACCEPTED:
+    if outcome != index.ACCEPTED:
         return outcome
     correction = largest_ratio(difference(model, guess, path.found), rules.span)
     if extrapolated and correction > rules.far:
-        return FAR
+        return index.FAR
     outcome = look(model, path, rules, t, record)
-    if outcome != ACCEPTED:
+    if outcome != index.ACCEPTED:
         return outcome
-    if 0.0 < record[PART] < 1.0 and duration > rules.smallest:
-        numbers[SIZE] = max(record[PART] * duration, rules.smallest)
-        return EVENT
-    balance[ROUND_OFF] = max(balance[ROUND_OFF], numbers[FORCE_ROUND_OFF] * rules.length)
+    if 0.0 < record[index.PART] < 1.0 and duration > rules.smallest:
+        numbers[index.SIZE] = max(record[index.PART] * duration, rules.smallest)
+        return index.EVENT
+    balance[march.ROUND_OFF] = max(balance[march.ROUND_OFF], numbers[index.FORCE_ROUND_OFF] * rules.length)
     # false without damping, since a motion would then not decay
-    turnover = max(balance[TURNOVER], abs(record[STORED] - balance[START]))
-    if rules.rate_dependent and record[KINETIC] > max(MOVING * turnover, rules.slow):
-        return INERTIA
+    turnover = max(balance[march.TURNOVER], abs(record[index.STORED] - balance[march.START]))
+    if rules.rate_dependent and record[index.KINETIC] > max(MOVING * turnover, rules.slow):
+        return index.INERTIA
     drives = path.resting_drives.shape[0]
     longer = drives > 0 and duration > 10.0 * rules.smallest
-    if longer and abs(record[DRIVES + drives]) / rules.force_limit > 1.0 + EXACT:
-        return LIMIT
+    if longer and abs(record[index.DRIVES + drives]) / rules.force_limit > 1.0 + EXACT:
+        return index.LIMIT
     work, dissipated = _work(model, path, t, record), _dissipated(model, path, t, record)
     error = _imbalance(path, rules, record, work, dissipated)
     if duration > _KINK * rules.first_step and _is_coarse(path, rules, duration, error):
-        return COARSE
+        return index.COARSE
     held = stability(model, path, rules, t)
-    if held not in (ACCEPTED, SLOWED):
+    if held not in (index.ACCEPTED, index.SLOWED):
         return held
-    if record[OPENING] > rules.widest:
-        return APART
+    if record[index.OPENING] > rules.widest:
+        return index.APART
     if extrapolated:
         _adapt(path, rules, duration, correction)
     _advance(model, path, t, record, work, dissipated)
     _note(path, held, row)
-    return ACCEPTED
+    return index.ACCEPTED
 
 
 @shared
@@ -414,9 +362,9 @@ def is_off(balance: np.ndarray, reaction: float, extent: float, bound: float) ->
     The small work is needed where a body moves freely to its first contact, because the reference energy is then almost
     zero.
     """
-    turnover = max(balance[TURNOVER], little_work(reaction, extent))
-    error = balance[WORST] / balance[TURNOVER] if balance[TURNOVER] > balance[ROUND_OFF] else 0.0
-    return bool(error > bound and balance[WORST] > bound * turnover)
+    turnover = max(balance[march.TURNOVER], little_work(reaction, extent))
+    error = balance[march.WORST] / balance[march.TURNOVER] if balance[march.TURNOVER] > balance[march.ROUND_OFF] else 0.0
+    return bool(error > bound and balance[march.WORST] > bound * turnover)
 
 
 @shared
@@ -441,31 +389,31 @@ def follow(model: Any, path: Path, rules: PathRules, stops: np.ndarray, rows: np
     numbers, counts, taken, stop = path.numbers, path.counts, 0, 0
     drives = path.resting_drives.shape[0]
     while taken < rows.shape[0]:
-        while stop < stops.shape[0] and stops[stop] <= numbers[TIME] * (1.0 + SAME):
+        while stop < stops.shape[0] and stops[stop] <= numbers[index.TIME] * (1.0 + SAME):
             stop += 1
         if stop == stops.shape[0]:
             break
-        t, duration = next_time(stops[stop], numbers[TIME], numbers[SIZE], rules.max_step)
+        t, duration = next_time(stops[stop], numbers[index.TIME], numbers[index.SIZE], rules.max_step)
         outcome = attempt(model, path, rules, t, rows[taken])
-        if outcome in (LACKS, DOUBTFUL, UNABLE):
+        if outcome in (index.LACKS, index.DOUBTFUL, index.UNABLE):
             return outcome
-        judged, counts[JUDGED] = counts[JUDGED], 0
-        if outcome == ACCEPTED:
+        judged, counts[index.JUDGED] = counts[index.JUDGED], 0
+        if outcome == index.ACCEPTED:
             taken += 1
             if judged != 0:  # the caller records what it knows of this state
                 break
-            limit = drives > 0 and abs(path.record[DRIVES + drives]) / rules.force_limit >= 1.0 - EXACT
-            late = numbers[TIME] >= rules.judged_from
-            if path.record[PART] > 0.0:
-                counts[AT_EVENT] = 1
+            limit = drives > 0 and abs(path.record[index.DRIVES + drives]) / rules.force_limit >= 1.0 - EXACT
+            late = numbers[index.TIME] >= rules.judged_from
+            if path.record[index.PART] > 0.0:
+                counts[index.AT_EVENT] = 1
                 break
-            if limit or (late and is_off(path.balance, numbers[REACTION], rules.extent, rules.abort)):
+            if limit or (late and is_off(path.balance, numbers[index.REACTION], rules.extent, rules.abort)):
                 break
             continue
-        counts[REJECTED] += 1
-        if outcome == EVENT:
+        counts[index.REJECTED] += 1
+        if outcome == index.EVENT:
             continue
-        numbers[SIZE] = CUT * duration
-        if outcome in (INERTIA, APART) or numbers[SIZE] < rules.smallest:
+        numbers[index.SIZE] = CUT * duration
+        if outcome in (index.INERTIA, index.APART) or numbers[index.SIZE] < rules.smallest:
             return outcome
-    return ACCEPTED
+    return index.ACCEPTED

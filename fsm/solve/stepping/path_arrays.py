@@ -8,64 +8,19 @@ import numpy as np
 
 from fsm.kernels.jit import compiled_as, kernel
 from fsm.kernels.pointers import borrowed
+from fsm.solve.stepping import path as quasi_path
+from fsm.solve.stepping import path_state as row
+from fsm.solve.stepping import quasi_static
 from fsm.solve.stepping.accuracy import ACCURATE
-from fsm.solve.stepping.path import (
-    accept,
-    balance_at_rest,
-    contact_force,
-    difference,
-    equilibrium,
-    follow,
-    look,
-    power_before,
-    progress_at,
-    retracted,
-    stability,
-    tangent_guess,
-)
-from fsm.solve.stepping.path_state import (
-    ACCEPTED,
-    CROSSED,
-    DOUBTFUL,
-    EVALUATIONS,
-    FACTORISATIONS,
-    FORCE_ROUND_OFF,
-    FOUND_AT,
-    ITERATIONS,
-    JUDGED,
-    LACKS,
-    LAST_ITERATIONS,
-    NEGATIVE,
-    NEGATIVE_AT_REST,
-    NEWTON,
-    PASSED,
-    REACTION,
-    RELEASED,
-    TIME,
-    UNABLE,
-    UNKNOWN,
-    UNSTABLE,
-    Path,
-    PathRules,
-)
-from fsm.solve.stepping.quasi_static import (
-    EVALUATED,
-    FACTORISED,
-    FOUND,
-    ITERATION,
-    SOLVED,
-    TOO_MANY,
-    NewtonRules,
-    StaticModel,
-    settle_arrays,
-)
+from fsm.solve.stepping.path_state import Path, PathRules
+from fsm.solve.stepping.quasi_static import NewtonRules, StaticModel
 from fsm.solve.stepping.vectors import copy_into
 
 
 @kernel
 def follow_arrays(model: Any, path: Path, rules: PathRules, stops: np.ndarray, rows: np.ndarray) -> int:
     """Compiled `follow` for a `StaticModel`."""
-    outcome: int = follow(borrowed(model), borrowed(path), borrowed(rules), borrowed(stops), borrowed(rows))
+    outcome: int = quasi_path.follow(borrowed(model), borrowed(path), borrowed(rules), borrowed(stops), borrowed(rows))
     return outcome
 
 
@@ -102,55 +57,55 @@ def _power_before(model: StaticModel, t: float, q: np.ndarray, end: float, found
 
 
 def _tangent_guess(model: StaticModel, path: Path, t: float) -> int:
-    return UNABLE
+    return row.UNABLE
 
 
 def _equilibrium(model: StaticModel, path: Path, rules: PathRules, t: float, guess: np.ndarray) -> int:
     calls, arrays, numbers, counts = model.calls, model.arrays, path.numbers, path.counts
-    if counts[JUDGED] != 0 and numbers[FOUND_AT] == t:
-        return ACCEPTED
-    counts[JUDGED] = 0
-    reaction = numbers[REACTION]
-    calls.begin(arrays, t, numbers[TIME], path.q, path.next_efforts, rules.rate_dependent, reaction)
+    if counts[row.JUDGED] != 0 and numbers[row.FOUND_AT] == t:
+        return row.ACCEPTED
+    counts[row.JUDGED] = 0
+    reaction = numbers[row.REACTION]
+    calls.begin(arrays, t, numbers[row.TIME], path.q, path.next_efforts, rules.rate_dependent, reaction)
     newton = NewtonRules(
         rules.tolerance * reaction, reaction, rules.reach, rules.max_iterations, rules.mixed, rules.span, rules.force_scale
     )
-    found = settle_arrays(model, guess, newton)
+    found = quasi_static.settle_arrays(model, guess, newton)
     if calls.lacks(arrays):
-        return LACKS
-    counts[ITERATIONS] += found.counts[SOLVED]
-    counts[EVALUATIONS] += found.counts[EVALUATED]
-    counts[FACTORISATIONS] += found.counts[FACTORISED]
-    counts[LAST_ITERATIONS], numbers[FORCE_ROUND_OFF] = found.counts[ITERATION], found.round_off
-    if found.ending != FOUND:
-        return NEWTON if found.ending == TOO_MANY else UNABLE
+        return row.LACKS
+    counts[row.ITERATIONS] += found.counts[quasi_static.SOLVED]
+    counts[row.EVALUATIONS] += found.counts[quasi_static.EVALUATED]
+    counts[row.FACTORISATIONS] += found.counts[quasi_static.FACTORISED]
+    counts[row.LAST_ITERATIONS], numbers[row.FORCE_ROUND_OFF] = found.counts[quasi_static.ITERATION], found.round_off
+    if found.ending != quasi_static.FOUND:
+        return row.NEWTON if found.ending == quasi_static.TOO_MANY else row.UNABLE
     copy_into(found.q, path.found)
     calls.efforts(arrays, path.found_efforts)
-    numbers[FOUND_AT] = t
-    return ACCEPTED
+    numbers[row.FOUND_AT] = t
+    return row.ACCEPTED
 
 
 def _look(model: StaticModel, path: Path, rules: PathRules, t: float, record: np.ndarray) -> int:
-    if path.counts[JUDGED] != 0:
-        judgement = path.counts[JUDGED] - 1
-        return UNSTABLE if judgement == UNSTABLE else ACCEPTED
+    if path.counts[row.JUDGED] != 0:
+        judgement = path.counts[row.JUDGED] - 1
+        return row.UNSTABLE if judgement == row.UNSTABLE else row.ACCEPTED
     model.calls.end_of_step(model.arrays, path.found, rules.trial, ACCURATE, rules.rate_dependent, record)
     if model.calls.lacks(model.arrays):
-        return LACKS
-    if record[PASSED] > 0.0:
-        return CROSSED
-    if record[NEGATIVE] == UNKNOWN:
-        return DOUBTFUL
-    return UNSTABLE if record[NEGATIVE] > 0.0 else ACCEPTED
+        return row.LACKS
+    if record[row.PASSED] > 0.0:
+        return row.CROSSED
+    if record[row.NEGATIVE] == row.UNKNOWN:
+        return row.DOUBTFUL
+    return row.UNSTABLE if record[row.NEGATIVE] > 0.0 else row.ACCEPTED
 
 
 def _stability(model: StaticModel, path: Path, rules: PathRules, t: float) -> int:
-    if path.counts[JUDGED] != 0:
-        judgement = path.counts[JUDGED] - 1
-        return UNSTABLE if judgement == RELEASED else judgement
-    if not rules.rate_dependent or path.next_record[NEGATIVE_AT_REST] == 0.0:
-        return ACCEPTED
-    return DOUBTFUL
+    if path.counts[row.JUDGED] != 0:
+        judgement = path.counts[row.JUDGED] - 1
+        return row.UNSTABLE if judgement == row.RELEASED else judgement
+    if not rules.rate_dependent or path.next_record[row.NEGATIVE_AT_REST] == 0.0:
+        return row.ACCEPTED
+    return row.DOUBTFUL
 
 
 def _accept(model: StaticModel, path: Path, t: float) -> None:
@@ -158,8 +113,11 @@ def _accept(model: StaticModel, path: Path, t: float) -> None:
 
 
 for _asked, _instead in (
-    (progress_at, _progress_at), (difference, _difference), (retracted, _retracted), (contact_force, _contact_force),
-    (balance_at_rest, _balance_at_rest), (power_before, _power_before), (tangent_guess, _tangent_guess),
-    (equilibrium, _equilibrium), (look, _look), (stability, _stability), (accept, _accept),
+    (quasi_path.progress_at, _progress_at), (quasi_path.difference, _difference), (quasi_path.retracted, _retracted),
+    (quasi_path.contact_force, _contact_force),
+    (quasi_path.balance_at_rest, _balance_at_rest), (quasi_path.power_before, _power_before),
+    (quasi_path.tangent_guess, _tangent_guess),
+    (quasi_path.equilibrium, _equilibrium), (quasi_path.look, _look), (quasi_path.stability, _stability),
+    (quasi_path.accept, _accept),
 ):  # fmt: skip
     compiled_as(_asked, StaticModel, _instead)

@@ -12,14 +12,8 @@ from fsm.kernels.addresses import ROW, address_table
 from fsm.kernels.pointers import enter
 from fsm.solve.interface.records import Observation
 from fsm.solve.interface.system import System
-from fsm.solve.stepping.explicit import (
-    ExplicitMotion,
-    ExplicitRules,
-    Through,
-    march_explicit,
-    march_explicit_arrays,
-    take_step,
-)
+from fsm.solve.stepping import explicit
+from fsm.solve.stepping.explicit import ExplicitMotion, ExplicitRules, Through
 from fsm.solve.stepping.generalized_alpha import LONGEST, MAX_STEP, STARTED, STEP_SIZE
 from fsm.solve.stepping.march import BALANCE
 from fsm.solve.stepping.model import CREASES, DRIVES, PANELS
@@ -58,8 +52,8 @@ class Explicit(StepMethod):
     observed : Observation of any state, for the numbers of drives and contact pairs; computed if absent
     """
 
-    one_step, in_python = staticmethod(take_step), staticmethod(march_explicit)
-    in_kernel = staticmethod(march_explicit_arrays)
+    one_step, in_python = staticmethod(explicit.take_step), staticmethod(explicit.march_explicit)
+    in_kernel = staticmethod(explicit.march_explicit_arrays)
     following = STEP_SIZE
     _through: Through | None = None
     kept = "rate", "sizes", "counts"

@@ -14,22 +14,10 @@ from matplotlib.lines import Line2D
 from fsm.results.curve import ForceCurve
 from fsm.results.solution import Solution
 from fsm.text.shown_units import ShownUnit
+from fsm.views.plots import style as look
 from fsm.views.plots.drawing import line_width, points
 from fsm.views.plots.legend import add_legend, add_legend_across
 from fsm.views.plots.marks import EVENTS, shade_stages, summary_with_stages
-from fsm.views.plots.style import (
-    COLOURS,
-    DASHES,
-    GREY,
-    SINGLE,
-    WIDE,
-    drive_units,
-    figure,
-    figure_unit,
-    rounded,
-    shortened,
-    travel_label,
-)
 
 Units = tuple[ShownUnit, ShownUnit]
 """Units of force and travel."""
@@ -50,22 +38,22 @@ def plot_force(solution: Solution, path: str | Path) -> None:
     drives, first = range(solution.travel.shape[1]), solution.layout.turns()
     own = [k for k in drives if solution.layout.turns(k) == first]
     others = [k for k in drives if k not in own]
-    with figure(path, WIDE if others else SINGLE) as fig:
+    with look.figure(path, look.WIDE if others else look.SINGLE) as fig:
         ax = fig.add_subplot(1, 2 if others else 1, 1)
         if not solution.travel.shape[1]:
             ax.set_xlabel("time (s)")
             _draw_pairs(ax, solution)
             return
-        units = drive_units(solution, own)
+        units = look.drive_units(solution, own)
         x = units[1].factor * solution.travel[:, 0]
-        ax.set_xlabel(travel_label(first, units[1]))
+        ax.set_xlabel(look.travel_label(first, units[1]))
         curve = solution.force_curve
         _draw_drives(ax, solution, own)
         if others:
             beside = fig.add_subplot(1, 2, 2)
-            beside.set_xlabel(travel_label(not first, drive_units(solution, others)[1]))
+            beside.set_xlabel(look.travel_label(not first, look.drive_units(solution, others)[1]))
             _draw_drives(beside, solution, others)
-            _limit(beside, curve, others, drive_units(solution, others)[0].factor)
+            _limit(beside, curve, others, look.drive_units(solution, others)[0].factor)
         summary = summary_with_stages(solution)
         stages: list[Artist] = [*shade_stages(ax, summary["stages"], float(x[-1]), units[1])]
         stages += _mark_events(ax, summary.get("events", []), units)
@@ -82,18 +70,18 @@ def plot_overlay(curves: Sequence[tuple[str, Solution]], path: str | Path) -> No
     drawn = [(name, run) for name, run in curves if run.travel.shape[1]]
     kinds = sorted({run.layout.turns() for _, run in drawn})
     units = {turns: _common_units([run for _, run in drawn if run.layout.turns() == turns]) for turns in kinds}
-    with figure(path, WIDE) as fig:
+    with look.figure(path, look.WIDE) as fig:
         ax = fig.add_subplot()
         for k, (name, run) in enumerate(drawn):
-            colour, dashes = COLOURS[k % len(COLOURS)], DASHES[k // len(COLOURS) % len(DASHES)]
+            colour, dashes = look.COLOURS[k % len(look.COLOURS)], look.DASHES[k // len(look.COLOURS) % len(look.DASHES)]
             summary = summary_with_stages(run)
             effort, way = own = units[run.layout.turns()]
             force, travel = effort.factor * summary["peak_force"], way.factor * summary["peak_travel"]
-            label = f"{name}: {rounded(force)} {effort.name} at {rounded(travel)} {way.name}"
+            label = f"{name}: {look.rounded(force)} {effort.name} at {look.rounded(travel)} {way.name}"
             curve = run.force_curve
             _draw_curve(ax, curve, 0, own, dynamic_colour=colour, clip=True, color=colour, linestyle=dashes, label=label)
             ax.plot(travel, force, "o", color=colour, markersize=points(4.5), markeredgecolor="white", zorder=4)
-        ax.set_xlabel(" or ".join(travel_label(turns, units[turns][1]) for turns in kinds))
+        ax.set_xlabel(" or ".join(look.travel_label(turns, units[turns][1]) for turns in kinds))
         ax.set_ylabel(" or ".join(f"{'moment' if turns else 'force'} ({units[turns][0].name})" for turns in kinds))
         ax.margins(x=0)
         if not drawn:
@@ -104,16 +92,18 @@ def plot_overlay(curves: Sequence[tuple[str, Solution]], path: str | Path) -> No
 
 def _common_units(runs: Sequence[Solution]) -> Units:
     """Units of force and travel for several runs with drives of one kind: the largest units of the runs."""
-    efforts, ways = zip(*(drive_units(run) for run in runs), strict=True)
+    efforts, ways = zip(*(look.drive_units(run) for run in runs), strict=True)
     return min(efforts), min(ways)  # a larger unit has a smaller factor
 
 
 def _draw_drives(ax: Axes, solution: Solution, drives: list[int]) -> None:
     """Draw the curves of drives of one kind, and the labels of the ordinate and of the curves."""
-    names, units = solution.layout.drive_names, drive_units(solution, drives)
+    names, units = solution.layout.drive_names, look.drive_units(solution, drives)
     for k in drives:
         name = names[k] if k < len(names) else f"drive {k + 1}"
-        _draw_curve(ax, solution.force_curve, k, units, color=COLOURS[k % len(COLOURS)], label=shortened(name))
+        _draw_curve(
+            ax, solution.force_curve, k, units, color=look.COLOURS[k % len(look.COLOURS)], label=look.shortened(name)
+        )
     ax.set_ylabel(f"{'moment' if solution.layout.turns(drives[0]) else 'force'} ({units[0].name})")
     ax.margins(x=0)
     if solution.travel.shape[1] > 1:
@@ -127,7 +117,7 @@ def _range(curve: ForceCurve, drives: list[int]) -> tuple[float, float]:
 
 
 def _draw_curve(
-    ax: Axes, curve: ForceCurve, drive: int, units: Units, dynamic_colour: str = GREY, clip: bool = False, **style: Any
+    ax: Axes, curve: ForceCurve, drive: int, units: Units, dynamic_colour: str = look.GREY, clip: bool = False, **style: Any
 ) -> None:
     """Draw the quasi-static force of one drive, and its dynamic force as a thin line.
 
@@ -164,13 +154,13 @@ def _limit(ax: Axes, curve: ForceCurve, drives: list[int], factor: float) -> Non
 
 def _draw_pairs(ax: Axes, solution: Solution) -> None:
     """Draw contact forces over time, for a scene without a drive."""
-    unit = figure_unit("N", solution.pair_force)
+    unit = look.figure_unit("N", solution.pair_force)
     ax.set_ylabel(f"normal force of contact ({unit.name})")
     ax.margins(x=0)
     for k, name in enumerate(solution.layout.pair_names):
         if solution.pair_force[:, k].any():
-            colour, dashes = COLOURS[k % len(COLOURS)], DASHES[k // len(COLOURS) % len(DASHES)]
-            ax.plot(solution.time, unit.factor * solution.pair_force[:, k], dashes, color=colour, label=shortened(name))
+            colour, dashes = look.COLOURS[k % len(look.COLOURS)], look.DASHES[k // len(look.COLOURS) % len(look.DASHES)]
+            ax.plot(solution.time, unit.factor * solution.pair_force[:, k], dashes, color=colour, label=look.shortened(name))
     if ax.lines:
         ax.legend(loc="best")
     else:
@@ -178,7 +168,7 @@ def _draw_pairs(ax: Axes, solution: Solution) -> None:
 
 
 def _write_note(ax: Axes, text: str) -> None:
-    ax.text(0.5, 0.5, text, transform=ax.transAxes, ha="center", va="center", color=GREY)
+    ax.text(0.5, 0.5, text, transform=ax.transAxes, ha="center", va="center", color=look.GREY)
 
 
 def _mark_events(ax: Axes, events: Sequence[dict[str, Any]], units: Units) -> list[Line2D]:
@@ -190,11 +180,11 @@ def _mark_events(ax: Axes, events: Sequence[dict[str, Any]], units: Units) -> li
         if not at:
             continue
         travel, force = [way * event["travel"] for event in at], [effort * event["force"] for event in at]
-        style: dict[str, Any] = {"color": COLOURS[3], "marker": marker, "markersize": points(5), "linestyle": "none"}
+        style: dict[str, Any] = {"color": look.COLOURS[3], "marker": marker, "markersize": points(5), "linestyle": "none"}
         ax.plot(travel, force, zorder=5, clip_on=False, **style)
         for event in at:
             ends = [way * event["travel"], way * event["end_travel"]], [effort * event["force"], effort * event["end_force"]]
-            ax.plot(*ends, ":", color=COLOURS[3], linewidth=line_width(1.0))
+            ax.plot(*ends, ":", color=look.COLOURS[3], linewidth=line_width(1.0))
         handles.append(Line2D([], [], label=label, **style))
     return handles
 
@@ -203,20 +193,25 @@ def _mark_peaks(ax: Axes, summary: dict[str, Any], last: float, units: Units) ->
     """Mark the quasi-static peak with its value, and the dynamic peak; return the legend entry of the dynamic peak."""
     effort, way = units
     force, at = effort.factor * summary["peak_force"], way.factor * summary["peak_travel"]
-    ax.plot(at, force, "o", color=COLOURS[1], markersize=points(5), zorder=4, clip_on=False)
+    ax.plot(at, force, "o", color=look.COLOURS[1], markersize=points(5), zorder=4, clip_on=False)
     bottom, top = ax.get_ylim()
     ax.set_ylim(bottom, max(top, force) + 0.08 * (top - bottom))
     right = at > 0.6 * last
     ax.annotate(
-        f"peak {rounded(force)} {effort.name} at {rounded(at)} {way.name}", (at, force), xytext=(-8 if right else 8, 3),
+        f"peak {look.rounded(force)} {effort.name} at {look.rounded(at)} {way.name}", (at, force),
+        xytext=(-8 if right else 8, 3),
         textcoords="offset points", ha="right" if right else "left", va="bottom",
     )  # fmt: skip
     largest = summary.get("dynamic_peak_force") or 0.0
     if largest <= _SMALL * abs(summary["peak_force"]) or summary.get("peak_kind") == "dynamic":
         return []
     dynamic, where = effort.factor * largest, way.factor * summary["dynamic_peak_travel"]
-    style: dict[str, Any] = {"color": GREY, "marker": "o", "markersize": points(4), "linestyle": "none", "fillstyle": "none"}
+    style: dict[str, Any] = {
+        "color": look.GREY, "marker": "o", "markersize": points(4), "linestyle": "none", "fillstyle": "none"
+    }
     bottom, top = ax.get_ylim()
     if bottom <= dynamic <= top:
         ax.plot(where, dynamic, zorder=4, **style)
-    return [Line2D([], [], label=f"dynamic {rounded(dynamic)} {effort.name} at {rounded(where)} {way.name}", **style)]
+    return [
+        Line2D([], [], label=f"dynamic {look.rounded(dynamic)} {effort.name} at {look.rounded(where)} {way.name}", **style)
+    ]

@@ -14,23 +14,13 @@ from matplotlib.patches import Patch
 
 from fsm.results.film import Floats
 from fsm.results.solution import JOINT_AXIS, Solution
+from fsm.views.plots import style as look
 from fsm.views.plots.drawing import line_width, points
 from fsm.views.plots.legend import add_legend_across
 from fsm.views.plots.marks import summary_with_stages
 from fsm.views.plots.obstacles import obstacle_outlines
 from fsm.views.plots.parts import OBSTACLE, colours_of_parts, handles_of_parts, lattice_squares, panels_of, vertical_axis
 from fsm.views.plots.space import arrange_in_space, draw_in_space, height_in_space
-from fsm.views.plots.style import (
-    WIDE,
-    drive_units,
-    evolution,
-    figure,
-    figure_unit,
-    rounded,
-    start_of_step,
-    steps_of,
-    travels_over,
-)
 
 _IDLE = 1e-4
 """Largest force of a drive relative to that of another drive, below which it has no force."""
@@ -61,7 +51,7 @@ def plot_motion(solution: Solution, path: str | Path, views: int = 6) -> None:
     handles = handles_of_parts(solution)
     if len(chosen) and obstacle_outlines(solution, chosen[0], *view):
         handles.append(Patch(facecolor=OBSTACLE, label="obstacles"))
-    with figure(path, (WIDE[0], height)) as fig:
+    with look.figure(path, (look.WIDE[0], height)) as fig:
         fig.set_layout_engine(None)
         for k, record in enumerate(chosen):
             text = _title(solution, record, stages)
@@ -91,15 +81,15 @@ def pick_records(solution: Solution, views: int = 6) -> list[int]:
     If a drive moves to the end, the records at the peak force and at the beginning of stages replace their nearest
     neighbours.
     """
-    x, label = evolution(solution)
+    x, label = look.evolution(solution)
     if len(x) == 0:
         return []
     chosen = [int(np.argmin(np.abs(x - value))) for value in np.linspace(x[0], x[-1], views)]
     chosen[0], chosen[-1] = 0, len(x) - 1
-    if solution.force.shape[1] and views > 2 and travels_over(label):
+    if solution.force.shape[1] and views > 2 and look.travels_over(label):
         summary = summary_with_stages(solution)
         marked = [summary["peak_travel"], *(stage["travel"] for stage in summary["stages"][1:])]
-        free, factor = list(range(1, len(chosen) - 1)), drive_units(solution)[1].factor
+        free, factor = list(range(1, len(chosen) - 1)), look.drive_units(solution)[1].factor
         for travel in marked[: len(free)]:
             record = int(np.argmin(np.abs(x - factor * travel)))
             if record in chosen:
@@ -113,7 +103,7 @@ def pick_records(solution: Solution, views: int = 6) -> list[int]:
 
 def _stages(solution: Solution) -> list[dict[str, Any]]:
     """Stages of a run; none where it is drawn over time."""
-    over_travel = travels_over(evolution(solution)[1])
+    over_travel = look.travels_over(look.evolution(solution)[1])
     return list(summary_with_stages(solution)["stages"]) if over_travel else []
 
 
@@ -134,7 +124,7 @@ def _height(extent: Floats, columns: int, rows: int, title: float, space: bool) 
         return rows * height_in_space(columns, extent, title)
     width, height = np.ptp(extent[:, 0]), np.ptp(extent[:, 2])
     ratio = float(height / width) if width > 0 else 1.0
-    return rows * (0.25 + title + float(np.clip((WIDE[0] - 0.7) / columns * ratio, 0.8, 3.4)))
+    return rows * (0.25 + title + float(np.clip((look.WIDE[0] - 0.7) / columns * ratio, 0.8, 3.4)))
 
 
 def _arrange_plane(fig: Figure, columns: int, rows: int, below: float) -> None:
@@ -166,19 +156,19 @@ def _beside(box: Any, ax: Axes, dpi: float) -> tuple[float, float]:
 
 def _title(solution: Solution, record: int, stages: list[dict[str, Any]]) -> str:
     """Title of a picture: travel and force, or time; in the second line the stage, if there are several."""
-    label = evolution(solution)[1]
+    label = look.evolution(solution)[1]
     if label.startswith("step"):
-        name, rows = next((name, rows) for name, rows in steps_of(solution) if record < rows.stop)
-        return f"{name}, {rounded(solution.time[record] - start_of_step(solution, rows))} s"
+        name, rows = next((name, rows) for name, rows in look.steps_of(solution) if record < rows.stop)
+        return f"{name}, {look.rounded(solution.time[record] - look.start_of_step(solution, rows))} s"
     if label == "time (s)":
-        return f"{rounded(solution.time[record])} s"
+        return f"{look.rounded(solution.time[record])} s"
     largest = np.abs(solution.force).max(axis=0)
     drive = int(np.argmax(largest > _IDLE * largest.max()))  # the first drive may only guide, without a force
     travel, force = solution.travel[record, drive], solution.force[:, drive]
     # a force as small as a residual of the solver is displayed as zero
     value = force[record] if abs(force[record]) > 1e-4 * np.max(np.abs(force)) else 0.0
-    effort, way = drive_units(solution, [drive])
-    text = f"{rounded(way.factor * travel)} {way.name}, {rounded(effort.factor * value)} {effort.name}"
+    effort, way = look.drive_units(solution, [drive])
+    text = f"{look.rounded(way.factor * travel)} {way.name}, {look.rounded(effort.factor * value)} {effort.name}"
     if len(stages) < 2:
         return text
     first = solution.travel[record, 0]
@@ -226,7 +216,7 @@ def _label(axis: Axis, text: str) -> None:
 
 def _draw_plane(ax: Axes, solution: Solution, record: int, extent: Floats, view: tuple[Floats, float]) -> str:
     """Draw a record in its plane; return the unit of lengths."""
-    factor, unit = figure_unit("m", np.ptp(extent, axis=0) if len(extent) else 0.0)
+    factor, unit = look.figure_unit("m", np.ptp(extent, axis=0) if len(extent) else 0.0)
     outlines = obstacle_outlines(solution, record, *view)
     sections = [factor * outline.section[:, [0, 2]] for outline in outlines]
     ax.add_collection(_plates_in_plane(solution, record, factor))

@@ -20,16 +20,7 @@ from fsm.model.bodies.contact_arrays import (
     STARTED,
     ContactArrays,
 )
-from fsm.model.contact.shapes.array_shape_tables import (
-    GROUND,
-    edges_of,
-    near_edges,
-    near_points,
-    points_of,
-    shape_arrays_of,
-    shapes_planar,
-    shapes_spatial,
-)
+from fsm.model.contact.shapes import array_shape_tables as shape_tables
 
 _TINY = 1e-12
 """Round-off of distances, m."""
@@ -40,11 +31,11 @@ def _candidates(g: ContactArrays) -> tuple[np.ndarray, np.ndarray]:
     """Slots that may have passed through a face: the near slots if the broad phase is still valid at the last accepted
     state, else all slots.
     """
-    own = shape_arrays_of(g)
+    own = shape_tables.shape_arrays_of(g)
     bound = RENEWAL * g.numbers[MARGIN]
     start, reference = g.committed, g.reference
     if not moved_beyond(start, reference, g.moving, g.radii, bound):
-        return near_points(g), near_edges(g)
+        return shape_tables.near_points(g), shape_tables.near_edges(g)
     points, edges = own.point_body.shape[0], own.pair_edges.shape[0]
     out, others = np.empty(points, dtype=np.int64), np.empty(edges, dtype=np.int64)
     slots_open, count, number = own.slots_open, 0, 0
@@ -68,7 +59,7 @@ def _reachable(
     out, count = np.empty(points.shape[0], dtype=np.int64), 0
     for i in range(points.shape[0]):
         of = shape[points[i]]
-        unbounded = kind[of] == HALF_SPACE and body[of] != GROUND
+        unbounded = kind[of] == HALF_SPACE and body[of] != shape_tables.GROUND
         if unbounded or shape_distance(kind[of], size[of], local[i]) <= 2.0 * motion + _TINY:
             out[count] = points[i]
             count += 1
@@ -93,25 +84,26 @@ def passed_planar(g: ContactArrays, poses: np.ndarray) -> int:
     if g.state[STARTED] == 0:
         return -1
     points, _ = _candidates(g)
-    probes, shapes = points_of(g), shapes_planar(g)
+    probes, shapes = shape_tables.points_of(g), shape_tables.shapes_planar(g)
     motion = furthest_motion(start, poses, g.moving, g.radii)
     local = local_points_planar(start, points, probes, shapes)
     points = _reachable(points, local, probes.shape, shapes.body, shapes.kind, shapes.size, motion)
     if points.shape[0] == 0:
         return -1
-    through = passing_points(start, poses, points, probes, shapes, shape_arrays_of(g).limit)
+    through = passing_points(start, poses, points, probes, shapes, shape_tables.shape_arrays_of(g).limit)
     return _first_pair(g, points, 0, through, -1)
 
 
 @kernel
 def passed_spatial(g: ContactArrays, poses: np.ndarray) -> int:
     """See `GeometryKernels`; in space."""
-    own = shape_arrays_of(g)
+    own = shape_tables.shape_arrays_of(g)
     start = g.committed
     if g.state[STARTED] == 0:
         return -1
     points, edges = _candidates(g)
-    probes, shapes, table, pairs = points_of(g), shapes_spatial(g), edges_of(g), own.pair_edges
+    probes, shapes, table = shape_tables.points_of(g), shape_tables.shapes_spatial(g), shape_tables.edges_of(g)
+    pairs = own.pair_edges
     motion = furthest_motion(start, poses, g.moving, g.radii)
     local = local_points_spatial(start, points, probes, shapes)
     points = _reachable(points, local, probes.shape, shapes.body, shapes.kind, shapes.size, motion)
@@ -126,8 +118,8 @@ def passed_spatial(g: ContactArrays, poses: np.ndarray) -> int:
 @kernel
 def _reachable_edges(g: ContactArrays, poses: np.ndarray, edges: np.ndarray, motion: float) -> np.ndarray:
     """Pairs of edges with a distance of their middle lines of at most twice `motion`, m."""
-    own = shape_arrays_of(g)
-    table, pairs = edges_of(g), own.pair_edges
+    own = shape_tables.shape_arrays_of(g)
+    table, pairs = shape_tables.edges_of(g), own.pair_edges
     none = np.zeros(pairs.shape[0])
     unscaled = EdgePairs(pairs, none, none)
     slot, gap = find_edges(poses, edges, unscaled, table, 2.0 * motion + _TINY)

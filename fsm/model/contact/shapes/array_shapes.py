@@ -24,31 +24,10 @@ from fsm.interactions.shapes.shape_boxes import shape_boxes_planar, shape_boxes_
 from fsm.interactions.shapes.shape_distance import HALF_SPACE, points_within
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import find_slot
-from fsm.model.bodies.contact_arrays import (
-    LACKS,
-    MARGIN,
-    REFERRED,
-    ContactArrays,
-    GeometryKernels,
-    forces_of,
-    index_of,
-    must_renew,
-)
+from fsm.model.bodies import contact_arrays as entry
+from fsm.model.bodies.contact_arrays import ContactArrays, GeometryKernels
+from fsm.model.contact.shapes import array_shape_tables as shape_tables
 from fsm.model.contact.shapes.array_shape_passing import passed_planar, passed_spatial
-from fsm.model.contact.shapes.array_shape_tables import (
-    EDGES_NEAR,
-    GROUND,
-    POINTS_NEAR,
-    UNITS_NEAR,
-    edge_pairs_of,
-    edges_of,
-    near_edges,
-    near_points,
-    points_of,
-    shape_arrays_of,
-    shapes_planar,
-    shapes_spatial,
-)
 from fsm.model.contact.shapes.array_shape_weights import settle, tapered
 from fsm.solve.stepping.vectors import copy_into
 
@@ -58,11 +37,11 @@ from fsm.solve.stepping.vectors import copy_into
 @kernel
 def _grounded(g: ContactArrays, shapes: Shapes) -> np.ndarray:
     """Units with a half-space of the ground."""
-    own = shape_arrays_of(g)
+    own = shape_tables.shape_arrays_of(g)
     units = own.units
     out, count = np.empty(units.shape[0], dtype=np.int64), 0
     for k in range(units.shape[0]):
-        if shapes.kind[units[k, 1]] == HALF_SPACE and shapes.body[units[k, 1]] == GROUND:
+        if shapes.kind[units[k, 1]] == HALF_SPACE and shapes.body[units[k, 1]] == shape_tables.GROUND:
             out[count] = k
             count += 1
     return out[:count]
@@ -71,7 +50,7 @@ def _grounded(g: ContactArrays, shapes: Shapes) -> np.ndarray:
 @kernel
 def _centres(g: ContactArrays, shapes: Shapes, rows: np.ndarray) -> Points:
     """Centres of the first shapes of units, as points on the second."""
-    own = shape_arrays_of(g)
+    own = shape_tables.shape_arrays_of(g)
     units, count = own.units, rows.shape[0]
     body, other = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
     place, radius, around = np.empty((count, shapes.offset.shape[1])), np.zeros(count), np.zeros((count, 3, 3))
@@ -89,10 +68,10 @@ def _select(
     grounded: np.ndarray, heights: np.ndarray,
 ) -> None:  # fmt: skip
     """Write the near units and their slots: units whose boxes overlap, without shapes far above the ground."""
-    own = shape_arrays_of(g)
-    state, margin, units = g.state, g.numbers[MARGIN], own.units
+    own = shape_tables.shape_arrays_of(g)
+    state, margin, units = g.state, g.numbers[entry.MARGIN], own.units
     near, met, reach = own.near, own.met, own.reach
-    dof, indptr, indices = index_of(g)
+    dof, indptr, indices = entry.index_of(g)
     count = at = 0
     for k in range(units.shape[0]):
         one, two = units[k, 0], units[k, 1]
@@ -111,19 +90,19 @@ def _select(
             met[k] = 1
             row, column = dof[body[one]], dof[body[two]]
             if row >= 0 and column >= 0 and find_slot(indptr, indices, row, column) < 0:
-                state[LACKS] = 1
-    state[UNITS_NEAR] = count
-    state[POINTS_NEAR] = _open_slots(g, near[:count], own.point_start, 0, own.near_points)
+                state[entry.LACKS] = 1
+    state[shape_tables.UNITS_NEAR] = count
+    state[shape_tables.POINTS_NEAR] = _open_slots(g, near[:count], own.point_start, 0, own.near_points)
     first = own.point_body.shape[0]
-    state[EDGES_NEAR] = _open_slots(g, near[:count], own.pair_start, first, own.near_edges)
+    state[shape_tables.EDGES_NEAR] = _open_slots(g, near[:count], own.pair_start, first, own.near_edges)
     copy_into(poses, g.reference)
-    state[REFERRED] = 1
+    state[entry.REFERRED] = 1
 
 
 @kernel
 def _open_slots(g: ContactArrays, units: np.ndarray, start: np.ndarray, first: int, out: np.ndarray) -> int:
     """Write the open slots of units as numbers, starting at `first`, and return the number of slots."""
-    own = shape_arrays_of(g)
+    own = shape_tables.shape_arrays_of(g)
     slots_open, count = own.slots_open, 0
     for k in range(units.shape[0]):
         for slot in range(start[units[k]], start[units[k] + 1]):
@@ -135,9 +114,9 @@ def _open_slots(g: ContactArrays, units: np.ndarray, start: np.ndarray, first: i
 
 @kernel
 def _renew_planar(g: ContactArrays, poses: np.ndarray) -> int:
-    if not must_renew(g, poses):
+    if not entry.must_renew(g, poses):
         return 0
-    shapes = shapes_planar(g)
+    shapes = shape_tables.shapes_planar(g)
     grounded = _grounded(g, shapes)
     local = local_points_planar(poses, np.arange(grounded.shape[0]), _centres(g, shapes, grounded), shapes)
     low, high = shape_boxes_planar(poses, shapes)
@@ -147,9 +126,9 @@ def _renew_planar(g: ContactArrays, poses: np.ndarray) -> int:
 
 @kernel
 def _renew_spatial(g: ContactArrays, poses: np.ndarray) -> int:
-    if not must_renew(g, poses):
+    if not entry.must_renew(g, poses):
         return 0
-    shapes = shapes_spatial(g)
+    shapes = shape_tables.shapes_spatial(g)
     grounded = _grounded(g, shapes)
     local = local_points_spatial(poses, np.arange(grounded.shape[0]), _centres(g, shapes, grounded), shapes)
     low, high = shape_boxes_spatial(poses, shapes)
@@ -162,20 +141,20 @@ def _renew_spatial(g: ContactArrays, poses: np.ndarray) -> int:
 
 @kernel
 def _find_planar(g: ContactArrays, poses: np.ndarray, below: float) -> int:
-    near, points, shapes = near_points(g), points_of(g), shapes_planar(g)
+    near, points, shapes = shape_tables.near_points(g), shape_tables.points_of(g), shape_tables.shapes_planar(g)
     local = local_points_planar(poses, near, points, shapes)
     return int(points_within(local, near, points, shapes, below, g.slot, g.gap))
 
 
 @kernel
 def _find_spatial(g: ContactArrays, poses: np.ndarray, below: float) -> int:
-    own = shape_arrays_of(g)
-    slot, gap, edges = g.slot, g.gap, near_edges(g)
-    near, points, shapes = near_points(g), points_of(g), shapes_spatial(g)
+    own = shape_tables.shape_arrays_of(g)
+    slot, gap, edges = g.slot, g.gap, shape_tables.near_edges(g)
+    near, points, shapes = shape_tables.near_points(g), shape_tables.points_of(g), shape_tables.shapes_spatial(g)
     count = points_within(local_points_spatial(poses, near, points, shapes), near, points, shapes, below, slot, gap)
     if edges.shape[0] == 0:
         return int(count)
-    other, more = find_edges(poses, edges, edge_pairs_of(g), edges_of(g), below)
+    other, more = find_edges(poses, edges, shape_tables.edge_pairs_of(g), shape_tables.edges_of(g), below)
     first = own.point_body.shape[0]
     for i in range(other.shape[0]):
         slot[count + i], gap[count + i] = first + other[i], more[i]
@@ -185,7 +164,7 @@ def _find_spatial(g: ContactArrays, poses: np.ndarray, below: float) -> int:
 @kernel
 def _measure_planar(g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
     write_points_planar(
-        poses, rates, g.slot[:count], points_of(g), shapes_planar(g), g.bodies,
+        poses, rates, g.slot[:count], shape_tables.points_of(g), shape_tables.shapes_planar(g), g.bodies,
         g.rate, g.gradient,
     )  # fmt: skip
 
@@ -193,7 +172,7 @@ def _measure_planar(g: ContactArrays, poses: np.ndarray, rates: np.ndarray, coun
 @kernel
 def _number_of_points(g: ContactArrays, count: int) -> int:
     """Number of points among the contacts; points come before pairs of edges."""
-    own = shape_arrays_of(g)
+    own = shape_tables.shape_arrays_of(g)
     first, slot = own.point_body.shape[0], g.slot
     while count > 0 and slot[count - 1] >= first:
         count -= 1
@@ -202,7 +181,7 @@ def _number_of_points(g: ContactArrays, count: int) -> int:
 
 @kernel
 def _edges_among(g: ContactArrays, points: int, count: int) -> np.ndarray:
-    own = shape_arrays_of(g)
+    own = shape_tables.shape_arrays_of(g)
     first, slot, out = own.point_body.shape[0], g.slot, np.empty(count - points, dtype=np.int64)
     for i in range(out.shape[0]):
         out[i] = slot[points + i] - first
@@ -213,10 +192,13 @@ def _edges_among(g: ContactArrays, points: int, count: int) -> np.ndarray:
 def _measure_spatial(g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
     points, bodies = _number_of_points(g, count), g.bodies
     slot, rate, gradient = g.slot[:points], g.rate, g.gradient
-    write_points_spatial(poses, rates, slot, points_of(g), shapes_spatial(g), bodies, rate, gradient)
+    write_points_spatial(
+        poses, rates, slot, shape_tables.points_of(g), shape_tables.shapes_spatial(g), bodies, rate, gradient
+    )
     if points < count:
         write_edges(
-            poses, rates, _edges_among(g, points, count), edge_pairs_of(g), edges_of(g), bodies[points:], rate[points:],
+            poses, rates, _edges_among(g, points, count), shape_tables.edge_pairs_of(g), shape_tables.edges_of(g),
+            bodies[points:], rate[points:],
             gradient[points:],
         )  # fmt: skip
 
@@ -232,7 +214,8 @@ def _tangent_planar(
 ) -> None:
     tangent_points_planar(
         poses, rates, g.slot[:count], g.bodies[:count], g.gradient[:count],
-        points_of(g), shapes_planar(g), forces_of(g, 0, count), index_of(g), stiffness, damping,
+        shape_tables.points_of(g), shape_tables.shapes_planar(g), entry.forces_of(g, 0, count), entry.index_of(g), stiffness,
+        damping,
     )  # fmt: skip
 
 
@@ -240,17 +223,18 @@ def _tangent_planar(
 def _tangent_spatial(
     g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int, stiffness: np.ndarray, damping: np.ndarray
 ) -> None:
-    points, index = _number_of_points(g, count), index_of(g)
+    points, index = _number_of_points(g, count), entry.index_of(g)
     bodies, gradient = g.bodies, g.gradient
     if points > 0:
         tangent_points_spatial(
-            poses, rates, g.slot[:points], bodies[:points], gradient[:points], points_of(g),
-            shapes_spatial(g), forces_of(g, 0, points), index, stiffness, damping,
+            poses, rates, g.slot[:points], bodies[:points], gradient[:points], shape_tables.points_of(g),
+            shape_tables.shapes_spatial(g), entry.forces_of(g, 0, points), index, stiffness, damping,
         )  # fmt: skip
     if points < count:
         tangent_edges(
-            poses, rates, _edges_among(g, points, count), bodies[points:count], gradient[points:count], edge_pairs_of(g),
-            edges_of(g), forces_of(g, points, count), index, stiffness, damping,
+            poses, rates, _edges_among(g, points, count), bodies[points:count], gradient[points:count],
+            shape_tables.edge_pairs_of(g),
+            shape_tables.edges_of(g), entry.forces_of(g, points, count), index, stiffness, damping,
         )  # fmt: skip
 
 

@@ -19,24 +19,9 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import find_slot
 from fsm.model.bodies import contact_arrays as kept
 from fsm.model.bodies.contact_arrays import ContactArrays, GeometryKernels, forces_of, index_of, must_renew
+from fsm.model.contact.sheets import array_sheet_tables as index
 from fsm.model.contact.sheets.array_sheet_search import Near, boxes, near_features, overlap, position_of
-from fsm.model.contact.sheets.array_sheet_tables import (
-    CLEARANCE,
-    FACE,
-    FACETS,
-    KEPT,
-    LISTED,
-    NUMBER,
-    POINTS,
-    RENEWALS,
-    SELECTED,
-    SIDES,
-    SLOTS,
-    WANTED,
-    WANTED_LISTED,
-    SheetArrays,
-    sheets_of,
-)
+from fsm.model.contact.sheets.array_sheet_tables import SheetArrays
 from fsm.solve.stepping.vectors import copy_into
 
 RESTORED = 2
@@ -75,7 +60,7 @@ def _tapers_of_nodes(own: SheetArrays) -> np.ndarray:
     """First taper (n + 1,) of every node; the tapers of a node are in the order of facets."""
     first, at = np.empty(own.body.shape[0] + 1, dtype=np.int64), 0
     for node in range(first.shape[0]):
-        while at < own.taper_key.shape[0] and own.taper_key[at] < node * own.counts[FACETS]:
+        while at < own.taper_key.shape[0] and own.taper_key[at] < node * own.counts[index.FACETS]:
             at += 1
         first[node] = at
     return first
@@ -84,7 +69,7 @@ def _tapers_of_nodes(own: SheetArrays) -> np.ndarray:
 @kernel
 def _taper(own: SheetArrays, first: np.ndarray, node: int, facet: int) -> float:
     """Clearance of a node at a facet, relative to the thickness."""
-    key = node * own.counts[FACETS] + facet
+    key = node * own.counts[index.FACETS] + facet
     for at in range(first[node], first[node + 1]):
         if own.taper_key[at] == key:
             return own.taper[at]
@@ -104,41 +89,42 @@ def _taper_of_edge(own: SheetArrays, tapers: np.ndarray, edge: int, other: int) 
 @kernel
 def _write_slots(g: ContactArrays, near: Near) -> None:
     """Replace all slots; the memory follows by `_recall`."""
-    own = sheets_of(g)
-    counts, clearance, nodes = own.counts, own.sizes[CLEARANCE], own.body.shape[0]
+    own = index.sheets_of(g)
+    counts, clearance, nodes = own.counts, own.sizes[index.CLEARANCE], own.body.shape[0]
     share, area, pair, points, tapers = g.share, g.area, g.pair, near.node.shape[0], _tapers_of_nodes(own)
-    counts[POINTS], counts[SLOTS], counts[LISTED] = points, points + near.one.shape[0], near.listed.shape[0]
+    counts[index.POINTS], counts[index.SLOTS] = points, points + near.one.shape[0]
+    counts[index.LISTED] = near.listed.shape[0]
     for s in range(points):
         node, facet = near.node[s], near.facet[s]
-        own.key[s] = node * counts[FACETS] + facet
+        own.key[s] = node * counts[index.FACETS] + facet
         own.first_of[s], own.second_of[s], own.start[s] = node, facet, near.start[s]
         own.clearance[s] = clearance * _taper(own, tapers, node, facet)
         # each of both faces has half of the stiffness
-        share[s], area[s] = 0.5 * own.node_area[node] / own.sizes[FACE], 0.5 * own.node_area[node]
+        share[s], area[s] = 0.5 * own.node_area[node] / own.sizes[index.FACE], 0.5 * own.node_area[node]
     own.start[points] = near.start[points]
     for k in range(near.listed.shape[0]):
         own.listed[k] = near.listed[k]
     for k in range(near.one.shape[0]):
         s, one, two = points + k, near.one[k], near.two[k]
-        own.key[s] = nodes * counts[FACETS] + one * own.edges.shape[0] + two
+        own.key[s] = nodes * counts[index.FACETS] + one * own.edges.shape[0] + two
         own.first_of[s], own.second_of[s] = one, two
         both = _taper_of_edge(own, tapers, one, two) + _taper_of_edge(own, tapers, two, one)
         own.clearance[s] = 0.25 * clearance * both
-        share[s], area[s] = 0.5 * min(own.edge_area[one], own.edge_area[two]) / own.sizes[FACE], 0.0
-    for s in range(counts[SLOTS]):
-        pair[s] = counts[NUMBER]
+        share[s], area[s] = 0.5 * min(own.edge_area[one], own.edge_area[two]) / own.sizes[index.FACE], 0.0
+    for s in range(counts[index.SLOTS]):
+        pair[s] = counts[index.NUMBER]
 
 
 @kernel
 def _recall(g: ContactArrays) -> None:
     """Copy the memory of the last accepted state to the slots."""
-    own, onset, began, depth, deflection = sheets_of(g), g.onset, g.began, g.depth, g.deflection
+    own, onset, began, depth, deflection = index.sheets_of(g), g.onset, g.began, g.depth, g.deflection
     onset[:] = 0.0
     began[:] = 0.0
     depth[:] = 0.0
     deflection[:] = 0.0
-    for k in range(own.counts[KEPT]):
-        s = position_of(own.key, own.counts[SLOTS], own.kept_key[k])
+    for k in range(own.counts[index.KEPT]):
+        s = position_of(own.key, own.counts[index.SLOTS], own.kept_key[k])
         if s >= 0:
             onset[s], began[s], depth[s] = own.kept[k, 0], own.kept[k, 1], own.kept[k, 2]
             for c in range(deflection.shape[1]):
@@ -148,8 +134,8 @@ def _recall(g: ContactArrays) -> None:
 @kernel
 def _depths(g: ContactArrays) -> tuple[np.ndarray, np.ndarray]:
     """Keys (m,) of the slots that have a depth in Newton's method of statics, and both depths (m, 2)."""
-    own, pressed, before, count = sheets_of(g), g.pressed, g.pressed_before, 0
-    keys, depths = np.empty(own.counts[SLOTS], dtype=np.int64), np.empty((own.counts[SLOTS], 2))
+    own, pressed, before, count = index.sheets_of(g), g.pressed, g.pressed_before, 0
+    keys, depths = np.empty(own.counts[index.SLOTS], dtype=np.int64), np.empty((own.counts[index.SLOTS], 2))
     for s in range(keys.shape[0]):
         if pressed[s] > 0.0 or before[s] > 0.0:
             keys[count], depths[count, 0], depths[count, 1] = own.key[s], pressed[s], before[s]
@@ -160,11 +146,11 @@ def _depths(g: ContactArrays) -> tuple[np.ndarray, np.ndarray]:
 @kernel
 def _press_again(g: ContactArrays, keys: np.ndarray, depths: np.ndarray) -> None:
     """Write the depths of slots with these keys."""
-    own, pressed, before = sheets_of(g), g.pressed, g.pressed_before
+    own, pressed, before = index.sheets_of(g), g.pressed, g.pressed_before
     pressed[:] = 0.0
     before[:] = 0.0
     for k in range(keys.shape[0]):
-        s = position_of(own.key, own.counts[SLOTS], keys[k])
+        s = position_of(own.key, own.counts[index.SLOTS], keys[k])
         if s >= 0:
             pressed[s], before[s] = depths[k, 0], depths[k, 1]
 
@@ -172,7 +158,7 @@ def _press_again(g: ContactArrays, keys: np.ndarray, depths: np.ndarray) -> None
 @kernel
 def _with_force(g: ContactArrays) -> np.ndarray:
     """Keys of the slots that had a force in the last tangent; -1 for a slot that no longer exists."""
-    key, linearised, count = sheets_of(g).key, g.linearised, 0
+    key, linearised, count = index.sheets_of(g).key, g.linearised, 0
     out = np.empty(linearised.shape[0], dtype=np.int64)
     for s in range(out.shape[0]):
         if linearised[s] == 1:
@@ -184,10 +170,10 @@ def _with_force(g: ContactArrays) -> np.ndarray:
 @kernel
 def _mark_again(g: ContactArrays, keys: np.ndarray) -> None:
     """Mark the slots with these keys. The last row, which is no slot, stands for a slot that no longer exists."""
-    own, linearised = sheets_of(g), g.linearised
+    own, linearised = index.sheets_of(g), g.linearised
     linearised[:] = 0
     for k in range(keys.shape[0]):
-        s = position_of(own.key, own.counts[SLOTS], keys[k])
+        s = position_of(own.key, own.counts[index.SLOTS], keys[k])
         linearised[s if s >= 0 else linearised.shape[0] - 1] = 1
 
 
@@ -205,7 +191,7 @@ def _lacks(g: ContactArrays, places: np.ndarray, nodes: np.ndarray, split: int, 
         if low - other_high > reach or other_low - high > reach:
             return False
     dof, indptr, indices = index_of(g)
-    body = sheets_of(g).body
+    body = index.sheets_of(g).body
     for i in range(4):
         for j in range(i):
             row, column = dof[body[nodes[i]]], dof[body[nodes[j]]]
@@ -217,8 +203,8 @@ def _lacks(g: ContactArrays, places: np.ndarray, nodes: np.ndarray, split: int, 
 @kernel
 def _check_pattern(g: ContactArrays, places: np.ndarray) -> None:
     """Mark whether the pattern lacks a pair of bodies of slots that may touch before the next renewal."""
-    own, nodes = sheets_of(g), np.empty(4, dtype=np.int64)
-    reach, points = own.sizes[CLEARANCE] + 2.0 * kept.RENEWAL * g.numbers[kept.MARGIN], own.counts[POINTS]
+    own, nodes = index.sheets_of(g), np.empty(4, dtype=np.int64)
+    reach, points = own.sizes[index.CLEARANCE] + 2.0 * kept.RENEWAL * g.numbers[kept.MARGIN], own.counts[index.POINTS]
     for s in range(points):
         nodes[0] = own.first_of[s]
         for k in range(own.start[s], own.start[s + 1]):
@@ -227,7 +213,7 @@ def _check_pattern(g: ContactArrays, places: np.ndarray) -> None:
             if _lacks(g, places, nodes, 1, reach):
                 g.state[kept.LACKS] = 1
                 return
-    for s in range(points, own.counts[SLOTS]):
+    for s in range(points, own.counts[index.SLOTS]):
         _edge_nodes(own, s, nodes)
         if _lacks(g, places, nodes, 2, reach):
             g.state[kept.LACKS] = 1
@@ -242,7 +228,7 @@ def _edge_nodes(own: SheetArrays, slot: int, nodes: np.ndarray) -> None:
 
 @kernel
 def _renew(g: ContactArrays, poses: np.ndarray) -> int:
-    own, state = sheets_of(g), g.state
+    own, state = index.sheets_of(g), g.state
     if not must_renew(g, poses):
         if state[kept.REFERRED] == RESTORED:
             _recall(g)
@@ -250,9 +236,11 @@ def _renew(g: ContactArrays, poses: np.ndarray) -> int:
         return 0
     places, counts = _places(own, poses), own.counts
     # both sides may move before the next renewal
-    near = near_features(own, places, places, own.sizes[CLEARANCE] + (1.0 + 2.0 * kept.RENEWAL) * g.numbers[kept.MARGIN])
-    counts[WANTED], counts[WANTED_LISTED] = near.node.shape[0] + near.one.shape[0] + 1, near.listed.shape[0]
-    if counts[WANTED] > own.key.shape[0] or counts[WANTED_LISTED] > own.listed.shape[0]:
+    near = near_features(
+        own, places, places, own.sizes[index.CLEARANCE] + (1.0 + 2.0 * kept.RENEWAL) * g.numbers[kept.MARGIN]
+    )
+    counts[index.WANTED], counts[index.WANTED_LISTED] = near.node.shape[0] + near.one.shape[0] + 1, near.listed.shape[0]
+    if counts[index.WANTED] > own.key.shape[0] or counts[index.WANTED_LISTED] > own.listed.shape[0]:
         state[kept.LACKS], state[kept.REFERRED] = 1, 0  # the slots remain until there is room
         return 0
     copy_into(poses, g.reference)
@@ -264,8 +252,8 @@ def _renew(g: ContactArrays, poses: np.ndarray) -> int:
     _mark_again(g, with_force)
     if g.indptr.shape[0] > 0:
         _check_pattern(g, places)
-    counts[SELECTED] = 0
-    counts[RENEWALS] += 1
+    counts[index.SELECTED] = 0
+    counts[index.RENEWALS] += 1
     state[kept.REFERRED], state[kept.FOUND] = 1, -1
     return 1
 
@@ -276,30 +264,30 @@ def _renew(g: ContactArrays, poses: np.ndarray) -> int:
 @kernel
 def _select(own: SheetArrays, places: np.ndarray) -> None:
     """Select the triangles of the next step. A node keeps its known side of a facet."""
-    points, side = own.counts[POINTS], own.side
+    points, side = own.counts[index.POINTS], own.side
     select_faces(
         places, own.first_of[:points], own.start, own.listed, _faces(own), own.triangle, own.part, side
     )  # fmt: skip
     for s in range(points):
         if side[s] != 0.0:
-            at = position_of(own.side_key, own.counts[SIDES], own.key[s])
+            at = position_of(own.side_key, own.counts[index.SIDES], own.key[s])
             if at >= 0:
                 side[s] = own.side_of[at]
-    own.counts[SELECTED] = 1
+    own.counts[index.SELECTED] = 1
 
 
 @kernel
 def _select_once(g: ContactArrays, places: np.ndarray) -> None:
     """Select the triangles in the last accepted state, or in these places if there is none."""
-    own = sheets_of(g)
-    if own.counts[SELECTED] == 0:
+    own = index.sheets_of(g)
+    if own.counts[index.SELECTED] == 0:
         _select(own, _places(own, g.committed) if g.state[kept.STARTED] == 1 else places)
 
 
 @kernel
 def _find_points(g: ContactArrays, places: np.ndarray, below: float) -> int:
-    own = sheets_of(g)
-    points = own.counts[POINTS]
+    own = index.sheets_of(g)
+    points = own.counts[index.POINTS]
     _select_once(g, places)
     return int(find_point_faces(
         places, own.first_of[:points], own.triangle, own.part, own.side, _faces(own), own.clearance, g.numbers[kept.MARGIN],
@@ -309,24 +297,25 @@ def _find_points(g: ContactArrays, places: np.ndarray, below: float) -> int:
 
 @kernel
 def _find(g: ContactArrays, poses: np.ndarray, below: float) -> int:
-    own = sheets_of(g)
-    places, slots = _places(own, poses), own.counts[SLOTS]
+    own = index.sheets_of(g)
+    places, slots = _places(own, poses), own.counts[index.SLOTS]
     count = _find_points(g, places, below)
     return int(find_edge_edges(
-        places, own.first_of[:slots], own.second_of[:slots], own.counts[POINTS], own.edges, own.clearance, below, g.slot,
+        places, own.first_of[:slots], own.second_of[:slots], own.counts[index.POINTS], own.edges, own.clearance, below,
+        g.slot,
         g.gap, _found(own), count,
     ))  # fmt: skip
 
 
 @kernel
 def _measure(g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
-    own = sheets_of(g)
+    own = index.sheets_of(g)
     write_features(rates, own.body, _found(own), count, g.bodies, g.rate, g.gradient)
 
 
 @kernel
 def _keep_rows(g: ContactArrays, rows: np.ndarray) -> None:
-    found = _found(sheets_of(g))
+    found = _found(index.sheets_of(g))
     for i in range(rows.shape[0]):
         k = rows[i]
         found.free[i], found.distance[i] = found.free[k], found.distance[k]
@@ -340,8 +329,8 @@ def _keep_rows(g: ContactArrays, rows: np.ndarray) -> None:
 
 @kernel
 def _tapered(g: ContactArrays, poses: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    own, slot, first = sheets_of(g), g.slot, count
-    while first > 0 and slot[first - 1] >= own.counts[POINTS]:
+    own, slot, first = index.sheets_of(g), g.slot, count
+    while first > 0 and slot[first - 1] >= own.counts[index.POINTS]:
         first -= 1
     found: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] = parallel_weights(
         _places(own, poses), _found(own), first, count, _PARALLEL
@@ -353,7 +342,7 @@ def _tapered(g: ContactArrays, poses: np.ndarray, count: int) -> tuple[np.ndarra
 def _tangent(
     g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int, stiffness: np.ndarray, damping: np.ndarray
 ) -> None:
-    own = sheets_of(g)
+    own = index.sheets_of(g)
     tangent_features(
         _places(own, poses), rates, g.bodies[:count], g.gradient[:count], _found(own), forces_of(g, 0, count), index_of(g),
         stiffness, damping,
@@ -370,10 +359,10 @@ def _keep_sides(own: SheetArrays, places: np.ndarray, margin: float) -> int:
     A node deeper than the margin has passed round its facet, so its present side is the new side.
     """
     left = at = 0
-    for s in range(own.counts[POINTS]):
-        while at < own.counts[SIDES] and own.side_key[at] < own.key[s]:
+    for s in range(own.counts[index.POINTS]):
+        while at < own.counts[index.SIDES] and own.side_key[at] < own.key[s]:
             at += 1
-        known = at < own.counts[SIDES] and own.side_key[at] == own.key[s]
+        known = at < own.counts[index.SIDES] and own.side_key[at] == own.key[s]
         if not known or own.side[s] == 0.0 or own.triangle[s] < 0:
             continue
         above, area = height(places, own.first_of[s], own.triangles, own.triangle[s])
@@ -386,35 +375,35 @@ def _keep_sides(own: SheetArrays, places: np.ndarray, margin: float) -> int:
 
 @kernel
 def _settle(g: ContactArrays, poses: np.ndarray, young: np.ndarray, new: bool) -> None:
-    own, state = sheets_of(g), g.state
+    own, state = index.sheets_of(g), g.state
     if new:
         return
     counts, places = own.counts, _places(own, poses)
     _select_once(g, places)
     state[kept.FOUND] = -1
-    counts[SIDES] = _keep_sides(own, places, g.numbers[kept.MARGIN])
+    counts[index.SIDES] = _keep_sides(own, places, g.numbers[kept.MARGIN])
     _select(own, places)
     left = 0
-    for s in range(counts[POINTS]):
+    for s in range(counts[index.POINTS]):
         if own.side[s] != 0.0:
             own.side_key[left], own.side_of[left] = own.key[s], own.side[s]
             left += 1
-    counts[SIDES] = left
+    counts[index.SIDES] = left
     _keep(g)
 
 
 @kernel
 def _keep(g: ContactArrays) -> None:
     """Copy the memory of the slots to the memory of the last accepted state."""
-    own, onset, deflection, left = sheets_of(g), g.onset, g.deflection, 0
-    for s in range(own.counts[SLOTS]):
+    own, onset, deflection, left = index.sheets_of(g), g.onset, g.deflection, 0
+    for s in range(own.counts[index.SLOTS]):
         if onset[s] > 0.0:
             own.kept_key[left] = own.key[s]
             own.kept[left, 0], own.kept[left, 1], own.kept[left, 2] = onset[s], g.began[s], g.depth[s]
             for c in range(deflection.shape[1]):
                 own.kept[left, 3 + c] = deflection[s, c]
             left += 1
-    own.counts[KEPT] = left
+    own.counts[index.KEPT] = left
 
 
 # passing ----------------------------------------------------------------------------------------------------------------
@@ -422,7 +411,7 @@ def _keep(g: ContactArrays) -> None:
 
 @kernel
 def _had_side(own: SheetArrays, node: int, facet: int) -> bool:
-    return position_of(own.side_key, own.counts[SIDES], node * own.counts[FACETS] + facet) >= 0
+    return position_of(own.side_key, own.counts[index.SIDES], node * own.counts[index.FACETS] + facet) >= 0
 
 
 @kernel
@@ -431,7 +420,7 @@ def _passed(g: ContactArrays, poses: np.ndarray) -> int:
 
     Without clearance, a node that has a side may be behind its facet, because the contact is soft.
     """
-    own = sheets_of(g)
+    own = index.sheets_of(g)
     if g.state[kept.STARTED] == 0:
         return -1
     start, end = _places(own, g.committed), _places(own, poses)
@@ -444,7 +433,7 @@ def _passed(g: ContactArrays, poses: np.ndarray) -> int:
     beyond = moved > bound
     if beyond:
         listed = near_features(own, start, end, 0.0)
-    nodes, w, soft = np.empty(4, dtype=np.int64), work_space(), own.sizes[CLEARANCE] == 0.0
+    nodes, w, soft = np.empty(4, dtype=np.int64), work_space(), own.sizes[index.CLEARANCE] == 0.0
     reach = largest_approach(start, end)
     low, high = boxes(start, start, own.triangles, reach)
     for s in range(listed.node.shape[0]):
@@ -458,7 +447,7 @@ def _passed(g: ContactArrays, poses: np.ndarray) -> int:
             for corner in range(3):
                 nodes[1 + corner] = own.triangles[listed.listed[k], corner]
             if may_meet(start, end, nodes, 1) and point_passes_triangle(start, end, nodes, w):
-                return int(own.counts[NUMBER])
+                return int(own.counts[index.NUMBER])
     low, high = boxes(start, start, own.edges, 0.5 * reach)
     for s in range(listed.one.shape[0]):
         if not overlap(low, high, listed.one[s], low, high, listed.two[s]):
@@ -466,16 +455,16 @@ def _passed(g: ContactArrays, poses: np.ndarray) -> int:
         for tip in range(2):
             nodes[tip], nodes[2 + tip] = own.edges[listed.one[s], tip], own.edges[listed.two[s], tip]
         if may_meet(start, end, nodes, 2) and edge_passes_edge(start, end, nodes, w):
-            return int(own.counts[NUMBER])
+            return int(own.counts[index.NUMBER])
     return -1
 
 
 @kernel
 def _listed(own: SheetArrays) -> Near:
     """Present slots."""
-    points, slots = own.counts[POINTS], own.counts[SLOTS]
+    points, slots = own.counts[index.POINTS], own.counts[index.SLOTS]
     return Near(
-        own.first_of[:points], own.second_of[:points], own.start[: points + 1], own.listed[: own.counts[LISTED]],
+        own.first_of[:points], own.second_of[:points], own.start[: points + 1], own.listed[: own.counts[index.LISTED]],
         own.first_of[points:slots], own.second_of[points:slots],
     )  # fmt: skip
 

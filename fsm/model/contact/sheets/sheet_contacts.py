@@ -21,17 +21,10 @@ from fsm.model.bodies.contact_arrays import FOUND, REFERRED, ContactArrays
 from fsm.model.bodies.pattern import BodyPattern
 from fsm.model.contact.contact_memory import ContactMemory
 from fsm.model.contact.contact_table import ContactTable
+from fsm.model.contact.sheets import sheet_tables
 from fsm.model.contact.sheets.array_sheet_tables import FACETS, KEPT, POINTS, SIDES, SLOTS, SheetArrays
 from fsm.model.contact.sheets.array_sheets import RESTORED, SHEETS
-from fsm.model.contact.sheets.sheet_tables import (
-    SheetSurface,
-    arrays_of_mesh,
-    bodies_of_slots,
-    is_full,
-    left_out,
-    roomier,
-    set_sides,
-)
+from fsm.model.contact.sheets.sheet_tables import SheetSurface
 
 _MARGIN = 0.25
 """Margin over the mean length of an edge."""
@@ -56,12 +49,12 @@ class SheetContacts(ContactTable):
 
     def __init__(self, surface: SheetSurface, reference: np.ndarray) -> None:
         along = np.roll(surface.plane, -1, axis=1) - surface.plane
-        self.surface, mesh = surface, arrays_of_mesh(surface, 3)
+        self.surface, mesh = surface, sheet_tables.arrays_of_mesh(surface, 3)
         margin, body = _MARGIN * float(np.linalg.norm(along, axis=2).mean()), mesh.body
         super().__init__(SHEETS, 3, margin, body, np.zeros(len(body)), mesh)
         self._ahead = np.zeros((0, 2), dtype=np.int64)
         touching = self.find(reference, 0.0).slot
-        closed = left_out(surface, self.own, touching, reference[body, :3])
+        closed = sheet_tables.left_out(surface, self.own, touching, reference[body, :3])
         self._set(self.common, self.own._replace(closed=closed))
         self.clear_caches()
 
@@ -86,11 +79,11 @@ class SheetContacts(ContactTable):
 
     def coupled(self) -> np.ndarray:
         """See `ContactTable`."""
-        return bodies_of_slots(self.own)
+        return sheet_tables.bodies_of_slots(self.own)
 
     def coupled_ahead(self) -> np.ndarray:
         """See `ContactTable`: the pairs of the present slots, and those of the last call."""
-        now = bodies_of_slots(self.own)
+        now = sheet_tables.bodies_of_slots(self.own)
         found, self._ahead = np.concatenate([now, self._ahead]), now
         return found
 
@@ -108,9 +101,9 @@ class SheetContacts(ContactTable):
 
     def grow(self) -> bool:
         """Make room for all slots of the last renewal of the broad phase; return whether there was too little."""
-        full = is_full(self.own)
+        full = sheet_tables.is_full(self.own)
         if full:
-            self._set(*roomier(self.common, self.own))
+            self._set(*sheet_tables.roomier(self.common, self.own))
             self.common.state[REFERRED] = 0
         return full
 
@@ -149,7 +142,7 @@ class SheetContacts(ContactTable):
     def load_contacts(self, kept: ContactMemory) -> None:
         """See `ContactTable`; the next use of the slots copies the memory to them."""
         if len(kept.key) > len(self.own.key):
-            self._set(*roomier(self.common, self.own, len(kept.key)))
+            self._set(*sheet_tables.roomier(self.common, self.own, len(kept.key)))
         own, count = self.own, len(kept.key)
         own.counts[KEPT], own.kept_key[:count] = count, kept.key
         own.kept[:count] = np.column_stack([kept.onset, kept.began, kept.depth, kept.deflection])
@@ -162,4 +155,4 @@ class SheetContacts(ContactTable):
 
     def load_own(self, memory: np.ndarray) -> None:
         """See `ContactTable`."""
-        self._set(*set_sides(self.common, self.own, memory))
+        self._set(*sheet_tables.set_sides(self.common, self.own, memory))

@@ -12,21 +12,8 @@ from fsm.interactions.search.box_pairs import curve_positions
 from fsm.kernels.tables import empty_arrays, with_rows
 from fsm.model.bodies.contact_arrays import OF_SLOTS, ContactArrays
 from fsm.model.contact.crease_clearance import Tapers, common_lines, tapers_of
-from fsm.model.contact.sheets.array_sheet_tables import (
-    BY_SLOT,
-    CLEARANCE,
-    FACETS,
-    LISTED,
-    LONGEST,
-    NUMBER,
-    POINTS,
-    SELECTED,
-    SIDES,
-    SLOTS,
-    WANTED,
-    WANTED_LISTED,
-    SheetArrays,
-)
+from fsm.model.contact.sheets import array_sheet_tables as index
+from fsm.model.contact.sheets.array_sheet_tables import SheetArrays
 
 _APART = 2.0
 """Distance along a facet over the longest edge, beyond which it may touch itself."""
@@ -94,8 +81,8 @@ def arrays_of_mesh(surface: SheetSurface, slips: int) -> SheetArrays:
     on, first = np.unique((triangles * facets + facet[:, None]).ravel(), return_index=True)
     on_plane, longest = plane.reshape(-1, 2)[first], float(lengths.max())
     tapers = _tapers_at_creases(on, on_plane, edges, edge_facets, facets)
-    counts = np.zeros(NUMBER + 1, dtype=np.int64)
-    counts[FACETS], counts[NUMBER] = facets, surface.number
+    counts = np.zeros(index.NUMBER + 1, dtype=np.int64)
+    counts[index.FACETS], counts[index.NUMBER] = facets, surface.number
     own_distance = max(4.0 * surface.clearance, (_APART + 1.0) * longest)
     middle = plane.mean(axis=1)
     order = np.lexsort((curve_positions(middle, middle), facet))
@@ -125,13 +112,15 @@ def _tapers_at_creases(on: np.ndarray, on_plane: np.ndarray, edges: np.ndarray, 
 
 def is_full(own: SheetArrays) -> bool:
     """Whether the last broad phase needed more rows than there are."""
-    return bool(own.counts[WANTED] > len(own.key) or own.counts[WANTED_LISTED] > len(own.listed))
+    return bool(own.counts[index.WANTED] > len(own.key) or own.counts[index.WANTED_LISTED] > len(own.listed))
 
 
 def roomier(common: ContactArrays, own: SheetArrays, least: int = 0) -> tuple[ContactArrays, SheetArrays]:
     """Arrays with rows for the slots that the last broad phase needed and some more, and at least `least` rows."""
-    slots, listed = (max(64, int(_ROOM * own.counts[row])) for row in (WANTED, WANTED_LISTED))
-    own = with_rows(with_rows(own, BY_SLOT, max(slots, least, len(own.key))), ("listed",), max(listed, len(own.listed)))
+    slots, listed = (max(64, int(_ROOM * own.counts[row])) for row in (index.WANTED, index.WANTED_LISTED))
+    own = with_rows(
+        with_rows(own, index.BY_SLOT, max(slots, least, len(own.key))), ("listed",), max(listed, len(own.listed))
+    )
     return with_rows(common, OF_SLOTS, len(own.key)), own
 
 
@@ -140,16 +129,16 @@ def set_sides(common: ContactArrays, own: SheetArrays, sides: np.ndarray) -> tup
     key, value = np.split(sides, 2)
     if len(key) > len(own.side_key):
         common, own = roomier(common, own, len(key))
-    own.counts[SIDES], own.counts[SELECTED] = len(key), 0
+    own.counts[index.SIDES], own.counts[index.SELECTED] = len(key), 0
     own.side_key[: len(key)], own.side_of[: len(key)] = key, value
     return common, own
 
 
 def bodies_of_slots(own: SheetArrays) -> np.ndarray:
     """Pairs (m, 2) of bodies that the present slots couple."""
-    points, slots, nodes = own.counts[POINTS], own.counts[SLOTS], len(own.body)
+    points, slots, nodes = own.counts[index.POINTS], own.counts[index.SLOTS], len(own.body)
     node = np.repeat(own.first_of[:points], np.diff(own.start[: points + 1]))
-    passing = np.column_stack([node, own.triangles[own.listed[: own.counts[LISTED]]]])
+    passing = np.column_stack([node, own.triangles[own.listed[: own.counts[index.LISTED]]]])
     one, two = (own.edges[of[points:slots]] for of in (own.first_of, own.second_of))
     both = np.concatenate([passing, np.concatenate([one, two], axis=1)])
     coupled = [both[:, [i, j]] for i in range(4) for j in range(i + 1, 4)]
@@ -173,7 +162,7 @@ def _neighbouring_facets(surface: SheetSurface, own: SheetArrays) -> np.ndarray:
     """Keys of all pairs of facets (in both orders) with a common node or across a cut, and of every facet with itself;
     sorted.
     """
-    facets = own.counts[FACETS]
+    facets = own.counts[index.FACETS]
     node, facet = np.divmod(own.on, facets)
     most = int(np.bincount(node).max())
     one, two = np.array(surface.across_cuts, dtype=np.int64).reshape(-1, 2).T
@@ -187,7 +176,7 @@ def _neighbouring_facets(surface: SheetSurface, own: SheetArrays) -> np.ndarray:
 
 def _of_neighbours(surface: SheetSurface, own: SheetArrays, slots: np.ndarray) -> np.ndarray:
     """Whether slots belong to facets with a common vertex."""
-    neighbours, points, facets = _neighbouring_facets(surface, own), own.counts[POINTS], own.counts[FACETS]
+    neighbours, points, facets = _neighbouring_facets(surface, own), own.counts[index.POINTS], own.counts[index.FACETS]
     out = np.zeros(len(slots), dtype=bool)
     is_point = slots < points
     node, facet = np.divmod(own.on, facets)
@@ -203,7 +192,7 @@ def _of_neighbours(surface: SheetSurface, own: SheetArrays, slots: np.ndarray) -
 def _facets_of_edges(own: SheetArrays, slots: np.ndarray) -> np.ndarray:
     """Keys (m, 4) of the pairs of facets of pairs of edges."""
     one, two = own.edge_facets[own.first_of[slots]], own.edge_facets[own.second_of[slots]]
-    return np.asarray((one[:, :, None] * own.counts[FACETS] + two[:, None, :]).reshape(-1, 4))
+    return np.asarray((one[:, :, None] * own.counts[index.FACETS] + two[:, None, :]).reshape(-1, 4))
 
 
 def _at_cuts(surface: SheetSurface, own: SheetArrays, places: np.ndarray) -> np.ndarray:
@@ -211,10 +200,10 @@ def _at_cuts(surface: SheetSurface, own: SheetArrays, places: np.ndarray) -> np.
 
     The search does not return all of them: edges may lie in one line, and the gap may be zero.
     """
-    pairs, facets = np.array(surface.across_cuts, dtype=np.int64).reshape(-1, 2), own.counts[FACETS]
+    pairs, facets = np.array(surface.across_cuts, dtype=np.int64).reshape(-1, 2), own.counts[index.FACETS]
     if not len(pairs):
         return np.zeros(0, dtype=np.int64)
-    points, reach = own.counts[POINTS], max(own.sizes[CLEARANCE], _ON_CUT * own.sizes[LONGEST])
+    points, reach = own.counts[index.POINTS], max(own.sizes[index.CLEARANCE], _ON_CUT * own.sizes[index.LONGEST])
     both = np.concatenate([pairs, pairs[:, ::-1]])
     node, facet = np.divmod(own.on, facets)
     across = np.concatenate([node[facet == one] * facets + two for one, two in both.tolist()])
@@ -224,7 +213,7 @@ def _at_cuts(surface: SheetSurface, own: SheetArrays, places: np.ndarray) -> np.
     corners, at = places[own.triangles[own.listed[rows]]], places[own.first_of[number[rows]]]
     near = [_to_segment(at, corners[:, [k - 1, k]]) < reach for k in range(3)]
     found = np.unique(number[rows[np.any(near, axis=0)]])
-    slots = np.arange(points, own.counts[SLOTS])
+    slots = np.arange(points, own.counts[index.SLOTS])
     slots = slots[np.isin(_facets_of_edges(own, slots), both @ [facets, 1]).any(axis=1)]
     ends = [places[own.edges[of[slots]]] for of in (own.first_of, own.second_of)]
     near = [_to_segment(a[:, k], b) < 0.5 * reach for a, b in (ends, ends[::-1]) for k in (0, 1)]

@@ -7,14 +7,8 @@ import numpy as np
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_2d
 from fsm.kernels.jit import kernel
 from fsm.model.nodes.arrays import DAMPING, FORCE, LAST, MEAN_OVER, NUMBERS, STIFFNESS, Q, U
-from fsm.model.nodes.facets.facet import (
-    FacetArrays,
-    add_facet_force,
-    add_facet_tangent,
-    facet_curvatures,
-    facet_energy,
-    facet_strains,
-)
+from fsm.model.nodes.facets import facet
+from fsm.model.nodes.facets.facet import FacetArrays
 from fsm.model.nodes.facets.facet_damping import add_facet_damping, facet_dissipation, facet_rates
 from fsm.solve.stepping.vectors import scaled
 
@@ -48,10 +42,10 @@ def _rates(table: np.ndarray, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         facet_rates(facets, bend, q, floats_1d(table, U), stretching, turning)
         return stretching, turning
     before, last = np.empty((count, 5, 3)), floats_1d(table, LAST)
-    facet_strains(facets, q, stretching)
-    facet_strains(facets, last, before)
+    facet.facet_strains(facets, q, stretching)
+    facet.facet_strains(facets, last, before)
     _set_means(stretching.reshape(-1), before.reshape(-1), mean_over, stretching.reshape(-1))
-    now, then = facet_curvatures(facets, bend, q), facet_curvatures(facets, bend, last)
+    now, then = facet.facet_curvatures(facets, bend, q), facet.facet_curvatures(facets, bend, last)
     _set_means(now.reshape(-1), then.reshape(-1), mean_over, turning.reshape(-1))
     return stretching, turning
 
@@ -67,7 +61,7 @@ def _dissipated(table: np.ndarray, own: np.ndarray, force: np.ndarray) -> float:
 @kernel
 def _force(table: np.ndarray, own: np.ndarray, moving: float) -> float:
     force = floats_1d(table, FORCE)
-    add_facet_force(_facets_of(own), floats_1d(table, Q), force)
+    facet.add_facet_force(_facets_of(own), floats_1d(table, Q), force)
     if moving * floats_1d(own, _VISCOSITY)[0] > 0.0:
         _dissipated(table, own, force)
     return 0.0
@@ -80,7 +74,7 @@ def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
     stiffness, slots = floats_3d(table, STIFFNESS), integers_2d(own, _SLOTS)
     count, tau = slots.shape[0] // 9, floats_1d(own, _VISCOSITY)[0]
     own_efforts = efforts if given > 0.0 else efforts[:0]
-    add_facet_tangent(facets, q, own_efforts, slots.reshape(count, 9, 9), stiffness.shape[1], stiffness.reshape(-1))
+    facet.add_facet_tangent(facets, q, own_efforts, slots.reshape(count, 9, 9), stiffness.shape[1], stiffness.reshape(-1))
     if moving * tau > 0.0:
         bend, u, damping = floats_1d(own, _BEND).reshape(-1, 3, 5, 9), floats_1d(table, U), floats_3d(table, DAMPING)
         stretching, turning = _rates(table, own)
@@ -94,7 +88,7 @@ def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
 
 @kernel
 def _stored(table: np.ndarray, own: np.ndarray, moving: float) -> float:
-    stretch, bend = facet_energy(_facets_of(own), floats_1d(table, Q))
+    stretch, bend = facet.facet_energy(_facets_of(own), floats_1d(table, Q))
     return stretch + bend
 
 

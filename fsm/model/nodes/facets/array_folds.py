@@ -13,19 +13,8 @@ from fsm.kernels.programs import Pieces
 from fsm.laws.crease import CreaseLaws, crease_laws_of, openings_of
 from fsm.laws.crease_sliders import Sliders, accept_sliders, sliders_of
 from fsm.model.nodes.arrays import DAMPING, FORCE, LAST, MEAN_OVER, NOW, NUMBERS, STIFFNESS, Q, U
-from fsm.model.nodes.facets.fold_kernels import (
-    FoldArrays,
-    FoldCurves,
-    FoldPath,
-    add_moments,
-    add_tangents,
-    fold_angles,
-    fold_effort,
-    fold_moments,
-    fold_rates,
-    fold_states,
-    slider_energies,
-)
+from fsm.model.nodes.facets import fold_kernels
+from fsm.model.nodes.facets.fold_kernels import FoldArrays, FoldCurves, FoldPath
 from fsm.solve.stepping.vectors import copy_into, scaled
 
 _CURVES = 4
@@ -58,7 +47,7 @@ def _folds_of(t: np.ndarray) -> FoldArrays:
 def _states(table: np.ndarray, folds: FoldArrays) -> np.ndarray:
     """States (m, 19) of all folds, see `fold_states`."""
     states = np.empty((folds.vectors.shape[0], 19))
-    fold_states(folds, floats_1d(table, Q), states)
+    fold_kernels.fold_states(folds, floats_1d(table, Q), states)
     return states
 
 
@@ -69,8 +58,8 @@ def _rates(table: np.ndarray, folds: FoldArrays, states: np.ndarray, moving: flo
         return np.zeros(states.shape[0])
     mean_over = floats_1d(table, NUMBERS)[MEAN_OVER]
     if mean_over == 0.0:
-        return fold_rates(folds, states, floats_1d(table, U))
-    out = fold_angles(folds, floats_1d(table, LAST))
+        return fold_kernels.fold_rates(folds, states, floats_1d(table, U))
+    out = fold_kernels.fold_angles(folds, floats_1d(table, LAST))
     for k in range(out.shape[0]):
         out[k] = (states[k, 0] - out[k]) / mean_over
     return out
@@ -80,11 +69,11 @@ def _rates(table: np.ndarray, folds: FoldArrays, states: np.ndarray, moving: flo
 def _moments(table: np.ndarray, own: np.ndarray, states: np.ndarray, moving: float) -> tuple[np.ndarray, np.ndarray]:
     """Add the forces of all folds; returns their moments and slopes."""
     folds = _folds_of(own)
-    moment, slope = fold_moments(
+    moment, slope = fold_kernels.fold_moments(
         folds.law, folds.path, folds.damping, floats_1d(table, NUMBERS)[NOW], states[:, 0].copy(),
         _rates(table, folds, states, moving),
     )  # fmt: skip
-    add_moments(folds, states, moment, floats_1d(table, FORCE))
+    fold_kernels.add_moments(folds, states, moment, floats_1d(table, FORCE))
     copy_into(moment, floats_1d(own, MOMENTS))
     return moment, slope
 
@@ -102,7 +91,7 @@ def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
     moment, slope = _moments(table, own, states, moving)
     dampers = scaled(moving, folds.damping)
     turning = dampers if floats_1d(table, NUMBERS)[MEAN_OVER] == 0.0 else scaled(0.0, dampers)
-    add_tangents(
+    fold_kernels.add_tangents(
         folds, floats_1d(table, Q), floats_1d(table, U), states, moment, slope, turning, dampers,
         integers_2d(own, _SLOTS).reshape(count, width, width), size, stiffness.reshape(-1), damping.reshape(-1),
     )  # fmt: skip
@@ -112,10 +101,10 @@ def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
 @kernel
 def _stored(table: np.ndarray, own: np.ndarray, moving: float) -> float:
     folds = _folds_of(own)
-    angle, total = fold_angles(folds, floats_1d(table, Q)), 0.0
+    angle, total = fold_kernels.fold_angles(folds, floats_1d(table, Q)), 0.0
     for k in range(angle.shape[0]):
-        total += fold_effort(folds.law, k, angle[k])[0]
-    return total + slider_energies(folds.law, folds.path, 0.0, angle, angle, 0.0, angle)[0]
+        total += fold_kernels.fold_effort(folds.law, k, angle[k])[0]
+    return total + fold_kernels.slider_energies(folds.law, folds.path, 0.0, angle, angle, 0.0, angle)[0]
 
 
 @kernel
@@ -151,8 +140,8 @@ def _slid(table: np.ndarray, own: np.ndarray, step: float) -> float:
     angle, rates = states[:, 0].copy(), _rates(table, folds, states, 1.0)
     other, per_second = angle, 1.0 / step if step > 0.0 else 0.0
     if mean_over != 0.0:
-        other, per_second = fold_angles(folds, floats_1d(table, LAST)), 1.0 / mean_over
-    return slider_energies(folds.law, folds.path, numbers[NOW], angle, rates, per_second, other)[1]
+        other, per_second = fold_kernels.fold_angles(folds, floats_1d(table, LAST)), 1.0 / mean_over
+    return fold_kernels.slider_energies(folds.law, folds.path, numbers[NOW], angle, rates, per_second, other)[1]
 
 
 FOLDS = (_force, _tangent, _stored, _lost, _put_in, _slid)
@@ -163,7 +152,7 @@ FOLDS = (_force, _tangent, _stored, _lost, _put_in, _slid)
 def commit_folds(table: np.ndarray, own: np.ndarray, t: float) -> float:
     """Store the fold angles and the sliders of an accepted state."""
     folds = _folds_of(own)
-    angle = fold_angles(folds, floats_1d(table, Q))
+    angle = fold_kernels.fold_angles(folds, floats_1d(table, Q))
     copy_into(angle, folds.near)
     if folds.path.chosen.shape[0] > 0:
         accept_sliders(folds.path.sliders, t, openings_of(folds.law.curves, folds.path.chosen, angle))

@@ -21,15 +21,8 @@ from fsm.model.nodes.curvature import (
     map_vectors,
     normal,
 )
-from fsm.model.nodes.facets.facet import (
-    FacetArrays,
-    add_geometric,
-    bend_point,
-    gather,
-    stretch_efforts,
-    stretch_gradients,
-    stretch_strains,
-)
+from fsm.model.nodes.facets import facet
+from fsm.model.nodes.facets.facet import FacetArrays
 
 
 @kernel
@@ -41,18 +34,18 @@ def facet_rates(
     gradients, gradient = np.zeros((15, 27)), np.empty((3, 15))
     g, w, n, c = np.empty(15), np.empty(15), np.empty(3), np.empty(3)
     for k in range(facets.vectors.shape[0]):
-        gather(facets.vectors[k], q, e)
-        gather(facets.vectors[k], u, v)
-        stretch_strains(facets.edges[k], facets.across[k], facets.rest[k], e, slopes, strains)
-        stretch_gradients(facets.edges[k], facets.across[k], slopes, e, gradients)
+        facet.gather(facets.vectors[k], q, e)
+        facet.gather(facets.vectors[k], u, v)
+        facet.stretch_strains(facets.edges[k], facets.across[k], facets.rest[k], e, slopes, strains)
+        facet.stretch_gradients(facets.edges[k], facets.across[k], slopes, e, gradients)
         for s in range(15):
             total = 0.0
             for i in range(27):
                 total += gradients[s, i] * v[i // 3, i % 3]
             stretching[k, s // 3, s % 3] = total
         for point in range(3):
-            bend_point(rows[k, point], e, g)
-            bend_point(rows[k, point], v, w)
+            facet.bend_point(rows[k, point], e, g)
+            facet.bend_point(rows[k, point], v, w)
             curvature_gradient(g, n, normal(g, n), c, gradient)
             for i in range(3):
                 turning[k, point, i] = 0.0
@@ -83,10 +76,10 @@ def facet_dissipation(
     g, n, c, m, f = np.empty(15), np.empty(3), np.empty(3), np.empty(3), np.empty(27)
     power = 0.0
     for k in range(facets.vectors.shape[0]):
-        gather(facets.vectors[k], q, e)
-        stretch_strains(facets.edges[k], facets.across[k], facets.rest[k], e, slopes, strains)
-        stretch_gradients(facets.edges[k], facets.across[k], slopes, e, gradients)
-        stretch_efforts(facets.moduli[k], stretching[k], efforts)
+        facet.gather(facets.vectors[k], q, e)
+        facet.stretch_strains(facets.edges[k], facets.across[k], facets.rest[k], e, slopes, strains)
+        facet.stretch_gradients(facets.edges[k], facets.across[k], slopes, e, gradients)
+        facet.stretch_efforts(facets.moduli[k], stretching[k], efforts)
         f[:] = 0.0
         for s in range(15):
             effort = tau * efforts[s // 3, s % 3]
@@ -94,7 +87,7 @@ def facet_dissipation(
             for i in range(27):
                 f[i] += effort * gradients[s, i]
         for point in range(3):
-            bend_point(rows[k, point], e, g)
+            facet.bend_point(rows[k, point], e, g)
             curvature_gradient(g, n, normal(g, n), c, gradient)
             _moments(facets.bend_moduli[k], tau, turning[k, point], m)
             for i in range(3):
@@ -144,17 +137,17 @@ def add_facet_damping(
     gradient, change, m, by_slopes = np.empty((3, 15)), np.empty((3, 15)), np.empty(3), np.empty((6, 27))
     moving = _any(u)
     for k in range(facets.vectors.shape[0]):
-        gather(facets.vectors[k], q, e)
-        gather(facets.vectors[k], u, v)
-        stretch_strains(facets.edges[k], facets.across[k], facets.rest[k], e, slopes, strains)
-        stretch_gradients(facets.edges[k], facets.across[k], slopes, e, gradients)
+        facet.gather(facets.vectors[k], q, e)
+        facet.gather(facets.vectors[k], u, v)
+        facet.stretch_strains(facets.edges[k], facets.across[k], facets.rest[k], e, slopes, strains)
+        facet.stretch_gradients(facets.edges[k], facets.across[k], slopes, e, gradients)
         np.dot(facets.moduli[k], gradients[:15], weighed[:15])
         if moving:
-            stretch_strains(facets.edges[k], facets.across[k], facets.rest[k], v, rising, strains)
-            stretch_gradients(facets.edges[k], facets.across[k], rising, v, changes)  # strains are quadratic
+            facet.stretch_strains(facets.edges[k], facets.across[k], facets.rest[k], v, rising, strains)
+            facet.stretch_gradients(facets.edges[k], facets.across[k], rising, v, changes)  # strains are quadratic
         half[:] = 0.0
         for point in range(3):
-            bend_point(rows[k, point], e, g)
+            facet.bend_point(rows[k, point], e, g)
             length, own = normal(g, n), 15 + 3 * point
             curvature_gradient(g, n, length, c, gradient)
             map_vectors(gradient, rows[k, point], gradients[own : own + 3])
@@ -163,15 +156,15 @@ def add_facet_damping(
                 for j in range(27):
                     weighed[own + i, j] = x * gradients[own, j] + y * gradients[own + 1, j] + z * gradients[own + 2, j]
             if moving:
-                bend_point(rows[k, point], v, w)
+                facet.bend_point(rows[k, point], v, w)
                 curvature_gradient_rates(g, w, n, length, work, change)
                 map_vectors(change, rows[k, point], changes[own : own + 3])
             _moments(facets.bend_moduli[k], tau, turning[k, point], m)
             add_curvature_stiffness(g, n, length, m, rows[k, point], work, by_slopes, half)
-        stretch_efforts(facets.moduli[k], stretching[k], efforts)
+        facet.stretch_efforts(facets.moduli[k], stretching[k], efforts)
         efforts *= tau
         plain[:] = 0.0
-        add_geometric(facets.edges[k], facets.across[k], efforts, plain)
+        facet.add_geometric(facets.edges[k], facets.across[k], efforts, plain)
         for i in range(27):
             for j in range(27):
                 h[i, j] = half[i, j] + half[j, i]

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from fsm.model.nodes import tension_field as tension
 from fsm.model.nodes.films.array_films import FILMS
 from fsm.model.nodes.films.membrane import (
     MembraneArrays,
@@ -17,17 +18,6 @@ from fsm.model.nodes.films.membrane import (
 )
 from fsm.model.nodes.group import ElementGroup, MassPart
 from fsm.model.nodes.shape import gauss, membrane_shape
-from fsm.model.nodes.tension_field import (
-    MOVING,
-    REMAINDER,
-    ROUNDED,
-    TAUT,
-    WRINKLED,
-    film_releases,
-    film_resultants,
-    film_states,
-    mean_tension,
-)
 
 POINTS = (4, 3)
 """Gauss points along a side, for stretch and for bending.
@@ -187,12 +177,12 @@ class MembraneGroup(ElementGroup):
         e = q[self.vectors[:, :, None] + np.arange(3)] * self._scale[:, :, None]
         position, x, y = (np.einsum("si,mia->msa", shape, e) for shape in shapes)
         x, y = x / self.sides[:, :1, None], y / self.sides[:, 1:, None]
-        states = film_states(strain, self.material.poisson)
+        states = tension.film_states(strain, self.material.poisson)
         # under tension along one axis, round-off of the stress across this axis is no wrinkle
         middle, half = 0.5 * (strain[..., 0] + strain[..., 1]), 0.5 * (strain[..., 0] - strain[..., 1])
         radius, nu = np.hypot(half, strain[..., 2]), self.material.poisson
         across = (1.0 + nu) * middle - (1.0 - nu) * radius
-        states[(states == WRINKLED) & (across > -_UNSTRESSED * np.abs(strain).max(initial=0.0))] = TAUT
+        states[(states == tension.WRINKLED) & (across > -_UNSTRESSED * np.abs(strain).max(initial=0.0))] = tension.TAUT
         tensor = self._cauchy(strain, x, y)
         values, vectors = np.linalg.eigh(tensor)
         # two of the three directions lie in the surface; the third has no stress
@@ -219,7 +209,7 @@ class MembraneGroup(ElementGroup):
         material, arrays = self.material, self.arrays
         remainder, width = (float(x) for x in arrays.remainder)
         return np.asarray(
-            film_resultants(strain, material.stretch, material.poisson, remainder, width, arrays.release)
+            tension.film_resultants(strain, material.stretch, material.poisson, remainder, width, arrays.release)
         )
 
     def release(self, q: np.ndarray, remainder: float) -> None:
@@ -231,8 +221,8 @@ class MembraneGroup(ElementGroup):
         """
         if self.tension_field:
             strain, material = self.strains(q), self.material
-            width = ROUNDED * mean_tension(strain) if remainder >= MOVING else 0.0
-            film_releases(strain, material.stretch, material.poisson, remainder, width, self.arrays.release)
+            width = tension.ROUNDED * tension.mean_tension(strain) if remainder >= tension.MOVING else 0.0
+            tension.film_releases(strain, material.stretch, material.poisson, remainder, width, self.arrays.release)
             self.arrays.remainder[:] = remainder, width
 
     @property
@@ -267,7 +257,7 @@ class MembraneGroup(ElementGroup):
         )
         return MembraneArrays(
             np.ascontiguousarray(self.vectors), np.ascontiguousarray(scale), np.ascontiguousarray(self.sides),
-            np.ascontiguousarray(stiffness), np.array([REMAINDER if self.tension_field else 1.0, 0.0]),
+            np.ascontiguousarray(stiffness), np.array([tension.REMAINDER if self.tension_field else 1.0, 0.0]),
             np.zeros((count, len(stretch_weights), 3)), np.zeros((count, len(stretch_weights), 3)),
             np.zeros((count, len(bend_weights), 3)), np.ascontiguousarray(rows.T), np.ascontiguousarray(rows),
             stretch_weights, bend_weights,

@@ -18,15 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.kernels.jit import kernel
+from fsm.model.nodes import curvature
 from fsm.model.nodes.assembly import contract, gather, scatter_force, scatter_matrix, weigh_bending, weigh_stretch
-from fsm.model.nodes.curvature import (
-    add_curvature_hessian,
-    curvature_effort,
-    curvature_gradient,
-    curvature_gradient_rates,
-    curvature_rates,
-    normal,
-)
 from fsm.model.nodes.tension_field import film_energy, film_stress, film_tangent
 
 
@@ -150,7 +143,7 @@ def stored_energy(film: MembraneArrays, q: np.ndarray) -> tuple[float, float]:
             stretch += b * c * film.stretch_weights[point] * density
         for point in range(points):
             _bend_point(r, 2 * count + point, points, per_b, per_c, g)
-            normal(g, n)
+            curvature.normal(g, n)
             _curvature(g, n, kappa)
             for a in range(3):
                 kappa[a] -= film.rest_curvature[k, point, a]
@@ -206,18 +199,18 @@ def add_force(
         for point in range(points):
             first = 2 * count + point
             _bend_point(r, first, points, per_b, per_c, g)
-            size = normal(g, n)
+            size = curvature.normal(g, n)
             _curvature(g, n, kappa)
             for a in range(3):
                 kappa[a] -= film.rest_curvature[k, point, a]
             if viscosity > 0.0:
                 _bend_point(v, first, points, per_b, per_c, gv)
-                curvature_rates(g, gv, n, size, c3, turning)
+                curvature.curvature_rates(g, gv, n, size, c3, turning)
                 for a in range(3):
                     kappa[a] += viscosity * turning[a]
             _moments(kappa, bending, poisson, m)
             weight = b * c * film.bend_weights[point]
-            curvature_effort(g, n, size, m, c3, effort)
+            curvature.curvature_effort(g, n, size, m, c3, effort)
             for d in range(5):
                 factor = weight * _length(d, per_b, per_c)
                 for a in range(3):
@@ -343,23 +336,23 @@ def add_tangent(
             weight = b * c * film.bend_weights[point]
             first = 2 * count + point
             _bend_point(r, first, points, per_b, per_c, g)
-            length = normal(g, n)
+            length = curvature.normal(g, n)
             _curvature(g, n, kappa)
             for a in range(3):
                 kappa[a] -= film.rest_curvature[k, point, a]
-            curvature_gradient(g, n, length, c3, gradient)
+            curvature.curvature_gradient(g, n, length, c3, gradient)
             bend[:] = 0.0
             if moving > 0.0:
                 _bend_point(v, first, points, per_b, per_c, gv)
                 for a in range(3):
                     for j in range(15):
                         kappa[a] += moving * gradient[a, j] * gv[j]
-                curvature_gradient_rates(g, gv, n, length, work, rates)  # d(dkappa/dt)/dq
+                curvature.curvature_gradient_rates(g, gv, n, length, work, rates)  # d(dkappa/dt)/dq
                 _add_moduli(moving * weight, bending, poisson, gradient, rates, changed, bend)
             _moments(kappa, bending, poisson, m)
             for a in range(3):
                 m[a] *= weight
-            add_curvature_hessian(g, n, length, m, turned, bend)
+            curvature.add_curvature_hessian(g, n, length, m, turned, bend)
             _add_moduli(weight, bending, poisson, gradient, gradient, changed, bend)
             _natural(5, per_b, per_c, bend)
             weigh_bending(film.rows, first, points, bend, symmetric, weighed)
@@ -395,7 +388,7 @@ def dissipation(film: MembraneArrays, q: np.ndarray, u: np.ndarray, viscosity: f
         for point in range(points):
             _bend_point(r, 2 * count + point, points, per_b, per_c, g)
             _bend_point(v, 2 * count + point, points, per_b, per_c, gv)
-            curvature_rates(g, gv, n, normal(g, n), c3, rate)
+            curvature.curvature_rates(g, gv, n, curvature.normal(g, n), c3, rate)
             _moments(rate, bending, poisson, m)
             density = m[0] * rate[0] + m[1] * rate[1] + m[2] * rate[2]
             power += viscosity * b * c * film.bend_weights[point] * density
@@ -432,7 +425,7 @@ def curvatures_at(film: MembraneArrays, q: np.ndarray) -> np.ndarray:
         per_b, per_c = 1.0 / b, 1.0 / c
         for point in range(points):
             _bend_point(r, 2 * count + point, points, per_b, per_c, g)
-            normal(g, n)
+            curvature.normal(g, n)
             _curvature(g, n, kappa)
             for a in range(3):
                 out[k, point, a] = kappa[a] - film.rest_curvature[k, point, a]

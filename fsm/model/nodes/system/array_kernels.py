@@ -14,19 +14,7 @@ from fsm.kernels.pieces import program_at
 from fsm.kernels.pointers import call_at
 from fsm.model.nodes import arrays as at
 from fsm.model.nodes.arrays import Coordinates, forcing_programs, full_mass_of, mass_of, moved_of, pattern_of
-from fsm.model.nodes.system.array_forces import (
-    factorise_matrix,
-    force,
-    forces_of_coordinates,
-    hold,
-    place,
-    renewed_force,
-    rows_times,
-    set_matrix,
-    solve,
-    sum_forces,
-    sum_tangents,
-)
+from fsm.model.nodes.system import array_forces as nodes
 from fsm.solve.stepping.equilibrium import RestCalls, never_advance, never_lock
 from fsm.solve.stepping.model import CREASES, DRIVES, KINETIC, NOT_MINIMAL, PANELS, STEADY, UNLOCKED, Calls
 from fsm.solve.stepping.vectors import copy_into, inner, kept
@@ -34,14 +22,14 @@ from fsm.solve.stepping.vectors import copy_into, inner, kept
 
 @kernel
 def _factorise(model: Coordinates, by_rate: float, by_acceleration: float, x: np.ndarray, maps: bool) -> bool:
-    set_matrix(model.table, by_rate, by_acceleration)
-    return factorise_matrix(model, True)
+    nodes.set_matrix(model.table, by_rate, by_acceleration)
+    return nodes.factorise_matrix(model, True)
 
 
 @kernel
 def _factorise_mass(model: Coordinates) -> bool:
     copy_into(floats_3d(model.table, at.MASS), floats_3d(model.table, at.MATRIX))
-    return factorise_matrix(model, False)
+    return nodes.factorise_matrix(model, False)
 
 
 @kernel
@@ -59,7 +47,7 @@ def _retract(model: Coordinates, q: np.ndarray, x: np.ndarray) -> np.ndarray:
 
 @kernel
 def _mass_times(model: Coordinates, vector: np.ndarray) -> np.ndarray:
-    return rows_times(mass_of(model.table), vector)
+    return nodes.rows_times(mass_of(model.table), vector)
 
 
 @kernel
@@ -117,7 +105,7 @@ def accept_present(model: Coordinates, t: float) -> None:
 @kernel
 def _accept(model: Coordinates, t: float, q: np.ndarray, u: np.ndarray) -> float:
     if model.accepting.shape[0] > 0:
-        place(model.table, t, t, q, u)
+        nodes.place(model.table, t, t, q, u)
         accept_present(model, t)
     return np.inf
 
@@ -127,30 +115,30 @@ def _accept(model: Coordinates, t: float, q: np.ndarray, u: np.ndarray) -> float
 
 @kernel
 def _force_at_rest(model: Coordinates, t: float, q: np.ndarray) -> np.ndarray:
-    place(model.table, t, t, q, q)
-    sum_forces(model, t, 0.0)
-    return forces_of_coordinates(model.table, q)
+    nodes.place(model.table, t, t, q, q)
+    nodes.sum_forces(model, t, 0.0)
+    return nodes.forces_of_coordinates(model.table, q)
 
 
 @kernel
 def _renewed_force_at_rest(model: Coordinates, t: float, q: np.ndarray) -> np.ndarray:
-    place(model.table, t, t, q, q)
-    sum_tangents(model, t, 0.0)
-    hold(model.table)
-    return forces_of_coordinates(model.table, q)
+    nodes.place(model.table, t, t, q, q)
+    nodes.sum_tangents(model, t, 0.0)
+    nodes.hold(model.table)
+    return nodes.forces_of_coordinates(model.table, q)
 
 
 @kernel
 def _factorise_stiffness(model: Coordinates) -> bool:
     copy_into(floats_3d(model.table, at.STIFFNESS), floats_3d(model.table, at.MATRIX))
-    done = factorise_matrix(model, True)
+    done = nodes.factorise_matrix(model, True)
     model.flags[FAILED] = 0  # these are the matrices of time steps
     return done
 
 
 @kernel
 def _solved(model: Coordinates, right: np.ndarray) -> np.ndarray:
-    x = solve(model, right)
+    x = nodes.solve(model, right)
     if model.flags[FAILED] == 1:
         model.flags[FAILED] = 0
         x[:] = np.nan
@@ -174,16 +162,16 @@ def _dissipated(model: Coordinates, t: float, q: np.ndarray, step: float) -> flo
         for i in range(q.shape[0]):
             halfway[i] = last[i] + 0.5 * (q[i] - last[i])
             mean[i] = (q[i] - last[i]) / (t - begin)
-        place(table, 0.5 * (begin + t), begin, halfway, mean)
+        nodes.place(table, 0.5 * (begin + t), begin, halfway, mean)
         for k in range(model.kernels.shape[0]):
             lost += call_at(model.kernels[k, at.LOST_AT], table, model.tables[k], 1.0)
         if damped > 0.0:
             rates = floats_1d(table, at.U)
-            momentum = rows_times(full_mass_of(table), rates)
+            momentum = nodes.rows_times(full_mass_of(table), rates)
             for i in range(rates.shape[0]):
                 lost += damped * rates[i] * momentum[i]
     if step > 0.0:
-        place(table, t, t, q, last)
+        nodes.place(table, t, t, q, last)
         lost += _slid(model, step)
     copy_into(q, last)
     last_time[0] = t
@@ -203,7 +191,7 @@ def _slid(model: Coordinates, step: float) -> float:
 def _reactions(model: Coordinates, t: float) -> np.ndarray:
     """Forces that hold the held coordinates in motion, (n,); see `AncfSystem.held_forces`."""
     table = model.table
-    sum_forces(model, t, 1.0)
+    nodes.sum_forces(model, t, 1.0)
     total, fixed, p = floats_1d(table, at.FORCE), integers_2d(table, at.FIXED).reshape(-1), pattern_of(table)
     free = np.empty(total.shape[0])
     for i in range(total.shape[0]):
@@ -212,7 +200,7 @@ def _reactions(model: Coordinates, t: float) -> np.ndarray:
         p.order, p.filled_rows, p.filled_columns, p.filled_diagonal, floats_3d(table, at.MASS_FACTORS), p.rows, p.columns,
         floats_3d(table, at.MASS), free, REFINE_ABOVE, True, False,
     )  # fmt: skip
-    out = rows_times(full_mass_of(table), acceleration)
+    out = nodes.rows_times(full_mass_of(table), acceleration)
     for i in range(out.shape[0]):
         out[i] = out[i] - total[i] if fixed[i] == 1 else 0.0
     return out
@@ -252,7 +240,7 @@ def energies(
     """See `fsm.solve.stepping.model`."""
     table = model.table
     lost = _dissipated(model, t, q, step)
-    place(table, t, t, q, u)
+    nodes.place(table, t, t, q, u)
     here, rates = floats_1d(table, at.Q), floats_1d(table, at.U)
     weight, kinds = floats_1d(table, at.WEIGHT), integers_1d(table, at.KINDS)
     record[PANELS] = record[CREASES] = record[STEADY] = kinetic = stored = 0.0
@@ -263,7 +251,7 @@ def energies(
             record[PANELS] += energy
         if kinds[k] == 2:
             record[CREASES] += energy
-    momentum = rows_times(full_mass_of(table), rates)
+    momentum = nodes.rows_times(full_mass_of(table), rates)
     for i in range(rates.shape[0]):
         kinetic += 0.5 * rates[i] * momentum[i]
         stored -= weight[i] * here[i]
@@ -282,7 +270,7 @@ def present_powers(model: Coordinates, t: float, drive_force: np.ndarray) -> tup
     lost += _slid(model, 0.0)
     if damped > 0.0:
         rates = floats_1d(table, at.U)
-        lost += damped * inner(rates, rows_times(full_mass_of(table), rates))
+        lost += damped * inner(rates, nodes.rows_times(full_mass_of(table), rates))
     count = floats_1d(table, at.SIZES).shape[0]
     record = np.zeros(DRIVES + 2 * count)
     put_in = _powers(model, t, record)
@@ -296,12 +284,13 @@ def powers(
     model: Coordinates, t: float, q: np.ndarray, u: np.ndarray, of_pairs: np.ndarray, drive_force: np.ndarray
 ) -> tuple[float, float]:
     """See `fsm.solve.stepping.model`."""
-    place(model.table, t, t, q, u)
+    nodes.place(model.table, t, t, q, u)
     return present_powers(model, t, drive_force)
 
 
 KERNELS = Calls(
-    force, renewed_force, _factorise, _factorise_mass, solve, _mapped, _retract, _mass_times, _stiffness_times,
+    nodes.force, nodes.renewed_force, _factorise, _factorise_mass, nodes.solve, _mapped, _retract, _mass_times,
+    _stiffness_times,
     _damping_times, _contacts_opened, _part_of_step, _longest_step, _accept, _unable, energies, keep_tangent, powers,
     *UNLOCKED,
     *NOT_MINIMAL,
