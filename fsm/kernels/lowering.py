@@ -103,7 +103,8 @@ class _NamesOfModules(rewrites.Rewrite):  # type: ignore[misc, unused-ignore]
         """Find such names in a block."""
         self._block, self._found = block, {}
         for one in block.find_exprs(op="getattr"):
-            module = getattr(guard(get_definition, func_ir, one.value), "value", None)
+            of = guard(get_definition, func_ir, one.value)
+            module = of.value if isinstance(of, numba_ir.Global) else None
             if isinstance(module, ModuleType) and module.__name__.startswith("fsm."):
                 self._found[one] = numba_ir.Global(one.attr, getattr(module, one.attr), one.loc)
         return bool(self._found)
