@@ -38,8 +38,7 @@ if TYPE_CHECKING:
     from fsm.case.models.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
     from fsm.case.models.sheet import Sheet
     from fsm.case.models.sheet_parts import BarsOfSheet, SheetCrease, SheetPly, SheetProbe, SheetSupport
-    from fsm.case.models.solve import Save, Solve
-    from fsm.case.models.steps import Step
+    from fsm.case.models.solve import Save, Solve, Step
     from fsm.case.models.time_program import Constant, Cycle, Ramp, Table
     from fsm.case.models.truss import SceneTruss
     from fsm.errors import CannotWrite, CaseError, EnergyAbort, ExpectationFailed, Fault, FsmError, NotConverged, NotInResult
@@ -79,8 +78,7 @@ _MODULES = {
     "fsm.case.models.scissor": ("BarSection", "HingeJoint", "PointForce", "PointSupport", "Scissor", "Stop"),
     "fsm.case.models.sheet": ("Sheet",),
     "fsm.case.models.sheet_parts": ("BarsOfSheet", "SheetCrease", "SheetPly", "SheetProbe", "SheetSupport"),
-    "fsm.case.models.solve": ("Save", "Solve"),
-    "fsm.case.models.steps": ("Step",),
+    "fsm.case.models.solve": ("Save", "Solve", "Step"),
     "fsm.case.loading.table": ("TableCase", "load_table"),
     "fsm.case.models.time_program": ("Constant", "Cycle", "Ramp", "Table"),
     "fsm.case.models.truss": ("SceneTruss",),
@@ -107,7 +105,7 @@ __all__ = [
 
 def __getattr__(name: str) -> object:
     if name == "__version__":
-        value: object = _import_module("fsm.io.version").fsm_version()
+        value: object = _import_module("fsm.io.provenance").fsm_version()
     elif name == "calibrate":  # this package can also be called as a function
         value = _import_module("fsm.calibrate")
     elif name in _HOME:

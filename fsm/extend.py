@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel
 
-from fsm.case.derived.contact_sides import OF_SIDES
+from fsm.case.derived.contact_points import OF_SIDES
 from fsm.case.models import scene as _scene
 from fsm.case.models.case import Case
 from fsm.case.models.coupling import OWN_COUPLINGS
@@ -41,10 +41,9 @@ from fsm.case.schema.units import (
     Temperature,
     Time,
 )
-from fsm.channels.offer import Model, Offer, State, offers
-from fsm.channels.rigid import motion_of_bodies
+from fsm.channels.offer import Model, Offer, State, motion_of_bodies, offers
 from fsm.errors import CaseError, Fault
-from fsm.interactions.contact.contact_tangent import add_contact_tangent
+from fsm.interactions.contact.contact_frame import add_contact_tangent
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
@@ -67,8 +66,7 @@ from fsm.model.elements.couplings import (
     VISCOSITIES,
     Coupling,
 )
-from fsm.model.elements.law_elements import ElementLaw
-from fsm.model.elements.point_elements import PointKind
+from fsm.model.elements.law_elements import ElementLaw, PointKind
 from fsm.registry import (
     BUILDERS,
     CONTACT_LAWS,

@@ -9,11 +9,9 @@ import numpy as np
 from fsm.case.derived.scissor import Array, array_at
 from fsm.case.models.materials import DAMPING, Material
 from fsm.case.models.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
-from fsm.model.bodies.time_function import time_function
-from fsm.model.nodes.beams.bars import BarMaterial, BarMesh, BarNodes
-from fsm.model.nodes.beams.end_to_end import end_to_end
-from fsm.model.nodes.beams.hinge import HingeGroup
-from fsm.model.nodes.beams.latch import Latches
+from fsm.model.bodies.drive import time_function
+from fsm.model.nodes.beams.bars import BarMaterial, BarMesh, BarNodes, end_to_end
+from fsm.model.nodes.beams.hinge import HingeGroup, Latches
 from fsm.model.nodes.group import ElementGroup
 from fsm.model.nodes.loading import Forcing, Loading
 from fsm.model.nodes.mesh import Mesh, node_pattern

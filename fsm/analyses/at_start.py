@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.errors import NotConverged
-from fsm.solve.equations.at_rest import at_rest
 from fsm.solve.equations.equilibrium_step import Ending, EquilibriumStep
-from fsm.solve.equations.newton import equilibrium, held_still, negative_pivots
+from fsm.solve.equations.newton import at_rest, equilibrium, held_still, negative_pivots
 from fsm.solve.interface.system import System
 from fsm.solve.stepping.quasi_static import BEFORE
 

@@ -8,15 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from fsm.analyses.analysis import Analysis, StatedErrors
+from fsm.analyses.analysis import Analysis, RunStep, StatedErrors, States
 from fsm.analyses.comparison import ASK_FOR_ALL, Comparison, Statement, finer_mesh, larger_steps, not_compared, other_meshes
 from fsm.analyses.deploy_warnings import DEEP, deploy_warnings, unstable_end
-from fsm.analyses.run_step import RunStep, States
 from fsm.analyses.segment_error import SegmentError
 from fsm.case.derived.joint_margin import margin_results
 from fsm.case.models.case import Case
 from fsm.case.models.sheet import SHELLS
-from fsm.case.plan.start import start_of
+from fsm.case.plan.step_items import start_of
 from fsm.errors import FsmError, NotConverged
 from fsm.model.compile.compile_case import compile_case, compile_planned, path_settings
 from fsm.model.elements.creases import CreaseGroup
@@ -24,8 +23,7 @@ from fsm.model.elements.hysteresis import HysteresisGroup
 from fsm.model.elements.ligaments import LigamentGroup
 from fsm.model.faults.separate import shallowest
 from fsm.model.plan.plan import plan_of
-from fsm.model.plan.planned import PlannedStep
-from fsm.model.plan.save_times import save_times
+from fsm.model.plan.planned import PlannedStep, save_times
 from fsm.model.system.step_system import system_in_step, whole_system
 from fsm.model.system.system import SegmentSystem
 from fsm.results.curve import ForceCurve
@@ -37,8 +35,7 @@ from fsm.solve.interface.system import System
 from fsm.solve.outcome.run_io import Statistics
 from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.statics.arc_length import ArcSettings
-from fsm.text.margin_text import negative_margins
-from fsm.text.shown_units import shown
+from fsm.text.shown_units import negative_margins, shown
 
 _NAMED = 3
 _FEWER = 0.7

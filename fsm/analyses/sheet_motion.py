@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from fsm.builders.patterns.facets import facet_frames
-from fsm.builders.patterns.flexible_mesh import flexible_mesh
+from fsm.builders.patterns.cuts import facet_frames
 from fsm.builders.patterns.foldability import foldability
-from fsm.builders.patterns.of_sheet import pattern_of
+from fsm.builders.patterns.of_sheet import flexible_mesh, pattern_of
 from fsm.builders.sheet.sheet_joints import rest_angle, sheet_joints
 from fsm.builders.sheet.sheet_loads import facet_name
 from fsm.case.loading.load_case import read_case

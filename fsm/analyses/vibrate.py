@@ -29,7 +29,7 @@ from fsm.model.nodes.loading import Forcing, Loading
 from fsm.model.nodes.system.reduced import ReducedModel
 from fsm.model.nodes.system.system import AncfSystem
 from fsm.model.nodes.system.tension_state import TensionState, tension_state
-from fsm.model.plan.save_times import save_times
+from fsm.model.plan.planned import save_times
 from fsm.results.film import Film
 from fsm.results.solution import Layout, Solution
 from fsm.results.vibration import frequency_warnings, summarise_vibration

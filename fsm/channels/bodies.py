@@ -8,8 +8,19 @@ import numpy as np
 
 from fsm.builders.sheet.beside_sheet import points_on_facets
 from fsm.case.schema.known_names import nearest_name
-from fsm.channels.offer import Model, Offer, State, offers
-from fsm.channels.rigid import in_space, motion_of_bodies, placed, positions, quaternions, rotated, rotation_since
+from fsm.channels.offer import (
+    Model,
+    Offer,
+    State,
+    in_space,
+    motion_of_bodies,
+    offers,
+    placed,
+    positions,
+    quaternions,
+    rotated,
+    rotation_since,
+)
 from fsm.errors import CaseError, Fault
 from fsm.model.system.system import SegmentSystem
 from fsm.results.channel import AXES, Dim

@@ -6,8 +6,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from fsm.channels.offer import Model, Offer, State, offers
-from fsm.channels.rigid import placed
+from fsm.channels.offer import Model, Offer, State, offers, placed
 from fsm.model.elements.couplings import CouplingGroup
 from fsm.results.channel import Dim
 

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from fsm.case.models.scene import ForceElement
-from fsm.channels.offer import Model, Offer, State, offers
-from fsm.channels.rigid import in_space, past_of, placed, positions, quaternions, rotated
+from fsm.channels.offer import Model, Offer, State, in_space, offers, past_of, placed, positions, quaternions, rotated
 from fsm.laws.crease import crease_moment
 from fsm.model.bodies.group import BodyState, PreviousPoses
 from fsm.model.elements.actuators import ActuatorGroup

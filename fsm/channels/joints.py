@@ -8,8 +8,7 @@ import numpy as np
 
 from fsm.case.derived.joint_frames import joint_axes
 from fsm.case.models.joint import TURNING, SceneJoint
-from fsm.channels.offer import Model, Offer, State, offers
-from fsm.channels.rigid import motion_of_bodies, placed, rotated
+from fsm.channels.offer import Model, Offer, State, motion_of_bodies, offers, placed, rotated
 from fsm.kernels.rotation import rotation_matrix
 from fsm.model.elements.cords import CordGroup
 from fsm.model.elements.joint_forces import JointForceGroup

@@ -8,8 +8,7 @@ from fsm.case.checks.check_scissor import default_holds
 from fsm.case.derived.scissor import array_at
 from fsm.case.models.case import Case
 from fsm.case.models.time_program import Constant
-from fsm.text.report_text import labelled, material_text
-from fsm.text.shown_units import shown, shown_size
+from fsm.text.shown_units import labelled, material_text, shown, shown_size
 
 _ELEMENTS = {
     "section": "shear-deformable beams of 14 coordinates, strains of the section",

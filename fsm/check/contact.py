@@ -8,16 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from fsm.case.derived.contact_points import sheet_parts, sheet_spacing
-from fsm.case.derived.contact_sides import pairs_by_geometry
+from fsm.case.derived.contact_points import pairs_by_geometry, sheet_parts, sheet_spacing
 from fsm.case.models.case import contact_scale
 from fsm.case.models.contact import Contact
 from fsm.case.models.flexible_facets import SHEET
 from fsm.case.models.scene import Body
 from fsm.check.view import CheckContext
 from fsm.registry import CONTACT_LAWS, FRICTION_LAWS, GEOMETRIES, AddedLaw
-from fsm.text.report_text import count
-from fsm.text.shown_units import shown
+from fsm.text.shown_units import count, shown
 
 SURFACE_TIP = 0.025
 """Copy of `fsm.interactions.surfaces.surface.TIP`, whose module imports the compiler; a test compares both values."""

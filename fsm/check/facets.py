@@ -9,16 +9,14 @@ import numpy as np
 
 from fsm.builders.patterns.cuts import sides_of_cuts
 from fsm.builders.patterns.mesh_places import mesh_place, mirrored_place
-from fsm.builders.patterns.of_sheet import pattern_of
-from fsm.builders.patterns.places import facets_named
+from fsm.builders.patterns.of_sheet import facets_named, pattern_of
 from fsm.case.models.facet_mesh import FacetMesh
 from fsm.case.models.loads import Load
 from fsm.case.models.sheet import Sheet
 from fsm.case.models.sheet_parts import Box
 from fsm.case.pattern_files.pattern import Pattern
 from fsm.check.view import CheckContext
-from fsm.text.report_text import count, material_text
-from fsm.text.shown_units import shown, shown_points, shown_range, shown_size
+from fsm.text.shown_units import count, material_text, shown, shown_points, shown_range, shown_size
 
 _LISTED = 4
 """Number of nodes of a place whose positions are listed."""

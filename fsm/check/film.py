@@ -8,8 +8,7 @@ from itertools import pairwise
 from fsm.case.derived.membrane import mesh_lines, place_patches
 from fsm.case.models.case import Case
 from fsm.case.models.membrane import CornerCable, MeasuredPulse, Vibration
-from fsm.text.report_text import count, labelled, material_text
-from fsm.text.shown_units import shown, shown_points, shown_range, shown_size
+from fsm.text.shown_units import count, labelled, material_text, shown, shown_points, shown_range, shown_size
 
 MINAMI = 0.68
 """Height of the air layer of the added mass, relative to the length of the film; `fsm.model.nodes.films.air` has the

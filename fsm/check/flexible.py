@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from fsm.case.derived.contact_points import penetration_between, point_spacing, points_along
 from fsm.case.models.flexible import unstressed_length
 from fsm.check.view import CheckContext
-from fsm.text.report_text import count, material_text
-from fsm.text.shown_units import shown, shown_size
+from fsm.text.shown_units import count, material_text, shown, shown_size
 
 
 def film_lines(view: CheckContext) -> Iterator[str]:

@@ -10,8 +10,7 @@ from fsm.case.models.chambers import Chamber
 from fsm.case.models.flexible_facets import FlexibleFacets
 from fsm.case.models.gas import Gas
 from fsm.check.view import CheckContext
-from fsm.text.report_text import count
-from fsm.text.shown_units import shown
+from fsm.text.shown_units import count, shown
 
 _CELSIUS = 273.15
 

@@ -18,9 +18,7 @@ from fsm.case.models.scene import Scene
 from fsm.check.view import CheckContext
 from fsm.model.plan.joint_state import MOST_FOLLOWED, JointsAtStart
 from fsm.model.plan.motion_method import MotionMethod
-from fsm.text.margin_text import margin_texts, negative_margins
-from fsm.text.report_text import count
-from fsm.text.shown_units import shown, shown_points
+from fsm.text.shown_units import count, margin_texts, negative_margins, shown, shown_points
 
 _LISTED = 12
 """Largest number of joints with a line each."""

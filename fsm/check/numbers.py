@@ -9,8 +9,7 @@ from fsm.case.models.materials import Crease, LinearCrease, SplineCrease
 from fsm.case.models.scene import Body, ForceElement
 from fsm.check.view import CheckContext
 from fsm.model.elements.element_angles import initial_twists, rest_twists
-from fsm.text.report_text import material_text, triple
-from fsm.text.shown_units import shown, shown_points, shown_range, shown_size
+from fsm.text.shown_units import material_text, shown, shown_points, shown_range, shown_size, triple
 
 _LISTED = 8
 """Largest number of bodies or elements of a scene with a line each."""

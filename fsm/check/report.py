@@ -9,7 +9,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterator
 
-from fsm.builders.patterns.facets import facet_areas
+from fsm.builders.patterns.cuts import facet_areas
 from fsm.builders.patterns.of_sheet import pattern_of
 from fsm.builders.scene import build_scene
 from fsm.builders.strip import bending_stiffness, strip_damping
@@ -19,8 +19,7 @@ from fsm.case.models.loads import Drive
 from fsm.case.models.materials import SplineCrease
 from fsm.case.models.scene import ForceElement, Scene
 from fsm.case.plan.method_selection import solve_of
-from fsm.case.plan.start import start_of
-from fsm.case.plan.step_items import loads_of, with_paths_of_steps
+from fsm.case.plan.step_items import loads_of, start_of, with_paths_of_steps
 from fsm.check import contact
 from fsm.check.array import describe_array
 from fsm.check.drive import drive_of_strip_lines, drives_line, pulled_beyond_length
@@ -43,8 +42,7 @@ from fsm.model.plan.in_python import cost_in_python
 from fsm.model.plan.joint_state import JointsAtStart
 from fsm.model.plan.plan import plan_of
 from fsm.model.plan.plan_warnings import plan_warnings
-from fsm.text.report_text import count, labelled, triple
-from fsm.text.shown_units import shown, shown_points
+from fsm.text.shown_units import count, labelled, shown, shown_points, triple
 
 
 def _describe_segments(case: Case) -> list[str]:

@@ -9,8 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from fsm.builders.patterns.foldability import foldability
-from fsm.builders.patterns.of_sheet import pattern_of
-from fsm.builders.patterns.places import place_of
+from fsm.builders.patterns.of_sheet import pattern_of, place_of
 from fsm.builders.sheet.reach import taut_travels
 from fsm.builders.sheet.sheet import has_loops, rigid_factor
 from fsm.builders.sheet.sheet_bars import bar_areas
@@ -22,8 +21,7 @@ from fsm.case.pattern_files.pattern import ASSIGNMENTS, Pattern
 from fsm.case.plan.step_items import loads_of
 from fsm.check.facets import cut_lines, facet_lines, facet_support_lines
 from fsm.check.view import CheckContext
-from fsm.text.report_text import count, material_text
-from fsm.text.shown_units import shown, shown_points, shown_range, shown_size
+from fsm.text.shown_units import count, material_text, shown, shown_points, shown_range, shown_size
 
 _LISTED = 4
 """Number of vertices of a place whose positions are listed."""

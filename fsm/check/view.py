@@ -7,14 +7,13 @@ from functools import cached_property
 
 import numpy as np
 
-from fsm.case.derived.contact_sides import ContactSide, contact_sides
+from fsm.case.derived.contact_points import ContactSide, contact_sides
 from fsm.case.derived.planar import out_of_plane
 from fsm.case.models.case import Case
 from fsm.case.models.loads import Drive
 from fsm.case.models.scene import GROUND, Body, ContactPair, ForceElement, Scene
 from fsm.model.bodies.drive import PrescribedMotion, program_of, unit
-from fsm.model.plan.planned import Plan, PlannedStep
-from fsm.model.plan.save_times import save_times
+from fsm.model.plan.planned import Plan, PlannedStep, save_times
 
 
 @dataclass(frozen=True)

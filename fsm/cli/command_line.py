@@ -170,7 +170,7 @@ def table(
     The columns of the table are dotted paths into a base case, case.toml beside it.
     """
     from fsm.run.table import MOST_FOLDERS, failures, merge_tables, part_of, run_table
-    from fsm.run.table_text import format_comparison, format_table
+    from fsm.run.table_files import format_comparison, format_table
 
     folder = opt.out_folder(out)
     if merge:

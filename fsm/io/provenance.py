@@ -1,4 +1,7 @@
-"""Origin of a results file: versions of fsm and its libraries, and a digest of the source code."""
+"""Origin of a results file: versions of fsm and its libraries, and a digest of the source code.
+
+Version of the installed package.
+"""
 
 from __future__ import annotations
 
@@ -8,12 +11,20 @@ import platform
 import sys
 import time
 from functools import cache
+from importlib import metadata
 from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 
-from fsm.io.version import fsm_version
+
+@cache
+def fsm_version() -> str:
+    """Version of the installed package; ``0+unknown`` for a source tree that is not installed."""
+    try:
+        return metadata.version("fsm")
+    except metadata.PackageNotFoundError:
+        return "0+unknown"
 
 
 @cache

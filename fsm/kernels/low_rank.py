@@ -18,10 +18,9 @@ from fsm.kernels import block_lu
 from fsm.kernels.addresses import ROW, address_table, floats_1d, floats_2d, floats_3d, integers_1d, put_array
 from fsm.kernels.block_equations import Pattern
 from fsm.kernels.blocks import LowRank
-from fsm.kernels.dense import solve_dense
 from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import address_of, call_at
-from fsm.kernels.small_blocks import negative_eigenvalues
+from fsm.kernels.small_blocks import negative_eigenvalues, solve_dense
 
 _VECTORS, _COLUMNS, _PLACES, _SHIFTS, _KEPT, _TERMS = range(equations.OF_WEIGHTS + 1, equations.OF_WEIGHTS + 7)
 _BY_TERMS, _SOLVED, _INNER, _CORRECTION, _TRIAL, _ACCURATE, _NEXT = range(equations.OF_WEIGHTS + 7, equations.LOW_RANK_ROWS)

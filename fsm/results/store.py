@@ -56,7 +56,7 @@ from fsm.results.datasets import read_curve, read_film, read_parts, read_samples
 from fsm.results.interrupted_file import is_marked_open, without_open_marks
 from fsm.results.solution import ENERGIES, MAY_BE_INFINITE, PAIRS, Layout, Solution
 from fsm.results.step_data import read_load_path, read_step_modes
-from fsm.results.summary_check import check_summary
+from fsm.results.summary_file import check_summary
 
 FORMAT, VERSION = "fsm result", 7
 ROOT_DIMS = ("axis",)

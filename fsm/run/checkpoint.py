@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from fsm.analyses.run_step import States, StepResult
+from fsm.analyses.analysis import States, StepResult
 from fsm.results.checkpoint_file import write_checkpoint
 from fsm.results.step_data import StepModes
 from fsm.solve.interface.records import DriveState

@@ -11,7 +11,7 @@ from typing import Any
 
 from tqdm import tqdm
 
-from fsm.text.report_text import count
+from fsm.text.shown_units import count
 
 _LINE_EVERY = 10.0
 """Time between plain lines, s."""

@@ -13,14 +13,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fsm.analyses.analysis import Analysis
+from fsm.analyses.analysis import (
+    Analysis,
+    RunStep,
+    States,
+    StepResult,
+    counted,
+    final_loads,
+    step_modes,
+    step_summaries,
+    total_of,
+)
 from fsm.analyses.at_start import equilibrium_at_start
 from fsm.analyses.choose import analysis_of
 from fsm.analyses.comparison import Comparison, Statement, compared
 from fsm.analyses.load_path import loads_at, loads_at_end, static_load_path
 from fsm.analyses.panel_crossing import lattice_overlap
-from fsm.analyses.run_step import RunStep, States, StepResult
-from fsm.analyses.step_results import counted, final_loads, step_modes, step_summaries, total_of
 from fsm.case.derived.recorded import records_channels
 from fsm.case.loading.load_case import LoadedCase
 from fsm.case.loading.toml_text import case_text

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsm.results.solution import Solution
-from fsm.solve.equations.at_rest import at_rest
+from fsm.solve.equations.newton import at_rest
 from fsm.solve.interface.system import System
 
 _REFUSED, _WARNED = 5e-2, 1e-3

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, Self, overload
 
 from fsm.case.loading.table import STORE
 from fsm.errors import CannotWrite, CaseError
-from fsm.io.version import fsm_version
+from fsm.io.provenance import fsm_version
 
 _ROWS = "CREATE TABLE IF NOT EXISTS rows (number INTEGER PRIMARY KEY, name TEXT, hash TEXT, result BLOB)"
 _TABLES = f"CREATE TABLE IF NOT EXISTS about (key TEXT PRIMARY KEY, value TEXT); {_ROWS};"

@@ -17,7 +17,7 @@ from fsm.case.models.case import Case
 from fsm.errors import CaseError, EnergyAbort, ExpectationFailed, NotConverged
 from fsm.io.atomic_write import remove_partial_files
 from fsm.io.folder_lock import ENDING, locked_folder
-from fsm.io.version import fsm_version
+from fsm.io.provenance import fsm_version
 from fsm.kernels import jit
 from fsm.registry import load_extensions
 from fsm.results.channel import write_channels_csv

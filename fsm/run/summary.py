@@ -9,14 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from fsm.analyses.analysis import MODAL, Analysis
+from fsm.analyses.analysis import MODAL, Analysis, counted
 from fsm.analyses.comparison import Statement
-from fsm.analyses.step_results import counted
 from fsm.case.models.case import Case
 from fsm.model.plan.in_python import cost_in_python
 from fsm.results.quantities import in_motion
 from fsm.results.solution import Layout, Solution
-from fsm.results.stated_errors import largest_errors
+from fsm.results.summary_file import largest_errors
 from fsm.run.round_off import RoundOff
 from fsm.solve.outcome.energy_balance import EnergyBalance
 from fsm.solve.outcome.run_io import Statistics
@@ -24,8 +23,7 @@ from fsm.solve.outcome.status import Event
 from fsm.solve.settings import Settings
 from fsm.solve.statics.arc_length import ArcSettings
 from fsm.text.load_names import load_units
-from fsm.text.report_text import count
-from fsm.text.shown_units import shown_unit, travel_text
+from fsm.text.shown_units import count, shown_unit, travel_text
 
 _COARSE, _LATE = 0.05, 0.02
 """Errors due to the mesh of facets, and errors of positions due to steps, above which there is a warning."""

@@ -8,11 +8,9 @@ from typing import Any
 
 from fsm.results.joint_events import event_lines
 from fsm.results.reported import ROUND_OFF, shown_name
-from fsm.results.stated_errors import largest_errors
+from fsm.results.summary_file import largest_errors
 from fsm.text.load_names import load_units
-from fsm.text.margin_text import margin_texts
-from fsm.text.report_text import count
-from fsm.text.shown_units import ShownUnit, shown_unit, turns
+from fsm.text.shown_units import ShownUnit, count, margin_texts, shown_unit, turns
 
 _LISTED = 6
 """Largest number of limit points of a step, of errors of a cause, of loads, drives and channels that the text lists."""

@@ -17,8 +17,7 @@ from fsm.io.folder_lock import ENDING, locked_folder
 from fsm.results.summary_file import SUMMARY, read_summary
 from fsm.run.row_store import Entry, RowStore, StoredRows, hash_of
 from fsm.run.rows import FAILURE, RESOLVED, Job, Row, ready, run_rows
-from fsm.run.table_files import flat_numbers, write_extremes, write_summaries
-from fsm.run.table_text import progress_line
+from fsm.run.table_files import flat_numbers, progress_line, write_extremes, write_summaries
 from fsm.views.plots.beside import can_copy
 from fsm.views.plots.drawing import FORMATS, file_format, in_two_processes
 

@@ -6,25 +6,186 @@ cluster is one executor of a Dask client (`fsm.run.cluster`).
 
 Jobs travel in chunks, whose size follows from the measured time of a job. The jobs of a chunk that is lost with its worker
 are tried again one by one; a job that is lost twice fails, with the cause.
+
+Worker processes of this machine: executors with one process each, their interrupts, and their end with their parent.
 """
 
 from __future__ import annotations
 
+import contextlib
+import multiprocessing
 import os
 import pickle
 import platform
+import signal
+import sys
+import threading
 import time
 import traceback
+import warnings
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sized
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, ProcessPoolExecutor, wait
 from dataclasses import dataclass, field, replace
+from multiprocessing import resource_tracker
+from multiprocessing.process import BaseProcess
 from typing import Any, Protocol
 
 from fsm.errors import CaseError, FsmError, OutOfMemory, is_interrupt
 from fsm.io.gc_startup import chunk_of_jobs
 from fsm.io.provenance import made_by
-from fsm.run.local_workers import LocalTeam, at_work
+from fsm.io.threads import one_thread
+
+_LOOK = 0.2
+"""Time between two looks of a worker at its parent, s."""
+GRACE = 20.0
+"""Time for interrupted workers to write their checkpoints, s."""
+_own: dict[str, bool] = {}
+"""State of this process if it is a worker of `LocalTeam`: whether it is at work."""
+_one = threading.Lock()
+"""One chunk at a time: a worker of a cluster may have several threads."""
+
+
+@dataclass
+class _Worker:
+    executor: ProcessPoolExecutor
+    process: BaseProcess
+
+
+class LocalTeam:
+    """Worker processes of this machine.
+
+    Parameters
+    ----------
+    count : number of processes; each one starts with its first call
+    copies : whether they are copies of this process
+    """
+
+    def __init__(self, count: int, copies: bool) -> None:
+        self.count = count
+        self.context = multiprocessing.get_context("fork" if copies else "spawn")
+        self.free: list[_Worker] = []
+        self.busy: dict[Future[Any], _Worker] = {}
+
+    def room(self, sent: int) -> int:
+        """Number of workers without a call: a worker has one call at a time, so that the call of one that dies is known."""
+        return self.count - sent
+
+    def submit(self, work: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        """Call a function in a worker without a call."""
+        while True:
+            worker = self.free.pop() if self.free else self._started()
+            try:
+                call = worker.executor.submit(work, *arguments)
+            except BrokenExecutor:  # it has died while it had no call
+                continue
+            self.busy[call] = worker
+            return call
+
+    def back(self, call: Future[Any]) -> None:
+        """Take a worker back whose call has ended."""
+        self.free.append(self.busy.pop(call))
+
+    def _started(self) -> _Worker:
+        """New worker process."""
+        before = set(multiprocessing.active_children())
+        executor = ProcessPoolExecutor(1, self.context, _begin)
+        with one_thread(), _no_interrupt(), warnings.catch_warnings():
+            warnings.simplefilter("ignore", DeprecationWarning)  # about threads, such as that of a progress bar
+            executor.submit(os.getpid)
+        (process,) = set(multiprocessing.active_children()) - before
+        return _Worker(executor, process)
+
+    def lost(self, call: Future[Any], error: BaseException) -> str:
+        """Forget a worker that has died, and give the cause."""
+        worker = self.busy.pop(call)
+        worker.executor.shutdown(wait=False)
+        worker.process.join(GRACE)
+        code = worker.process.exitcode
+        if code is None or not isinstance(error, BrokenExecutor):
+            return f"the worker process failed: {type(error).__name__}: {error}"
+        how = f"by signal {-code}" if code < 0 else f"with code {code}"
+        return f"the worker process ended {how}{'; out of memory? try fewer workers' if code == -signal.SIGKILL else ''}"
+
+    def end(self, interrupted: bool) -> None:
+        """End all workers; interrupt them before if they are at work."""
+        workers = [*self.free, *self.busy.values()]
+        for worker in workers:
+            worker.executor.shutdown(wait=False, cancel_futures=True)
+            if interrupted and worker.process.is_alive() and worker.process.pid is not None:
+                with contextlib.suppress(OSError):
+                    os.kill(worker.process.pid, signal.SIGINT)
+        for worker in workers:
+            worker.process.join(GRACE)
+            if worker.process.is_alive():
+                worker.process.kill()
+                worker.process.join()
+
+
+@contextlib.contextmanager
+def _no_interrupt() -> Iterator[None]:
+    """Block interrupts while processes are started in the block; a worker unblocks them when it is ready."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    # the first process starts the resource tracker, which would unblock interrupts; so start the tracker before
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _begin() -> None:
+    """Prepare a new worker process."""
+    # own process group: Ctrl-C then comes from the parent only, not also from the terminal
+    if hasattr(os, "setpgrp"):
+        os.setpgrp()
+    _own["at work"] = False
+    signal.signal(signal.SIGINT, _interrupted)  # also below a shell that ignores interrupts in the background
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+    threading.Thread(target=_end_with_parent, name="watch of the parent", daemon=True).start()
+
+
+def _interrupted(*_: Any) -> None:
+    """Interrupt the work of this worker; without work, end at once."""
+    if _own["at work"]:
+        raise KeyboardInterrupt
+    os._exit(1)
+
+
+@contextlib.contextmanager
+def at_work() -> Iterator[None]:
+    """The block is work that an interrupt may end; then it also ends this process, if it is a worker of this machine."""
+    mine = bool(_own)
+    _own.update({"at work": True} if mine else {})
+    try:
+        with _one:
+            yield
+    except KeyboardInterrupt:
+        if mine:
+            os._exit(1)
+        raise
+    finally:
+        _own.update({"at work": False} if mine else {})
+
+
+def _end_with_parent() -> None:
+    """Interrupt this worker when its parent dies, so that it writes its checkpoint; end it after `GRACE` seconds."""
+    parent = multiprocessing.parent_process()
+    if parent is None:
+        return
+    if hasattr(os, "getppid") and sys.platform != "win32":  # other workers may be copies that keep `parent` joinable
+        while os.getppid() == parent.pid:
+            time.sleep(_LOOK)
+    else:
+        parent.join()
+    os.kill(os.getpid(), signal.SIGINT)
+    time.sleep(GRACE)
+    os._exit(1)
+
 
 _CHUNK = 0.5
 """Time that a worker needs for a chunk, s."""
@@ -133,7 +294,7 @@ def run_jobs(
     -----
     A worker runs many jobs, so each worker imports modules and loads compiled kernels only once. If the consumer stops
     early or is interrupted, every worker of this machine is interrupted once, so that it can write its checkpoint. It is
-    killed after `fsm.run.local_workers.GRACE` seconds.
+    killed after `fsm.run.workers.GRACE` seconds.
     """
     numbered = enumerate(jobs)
     first = next(numbered, None)

@@ -17,16 +17,14 @@ from scipy.optimize import Bounds, NonlinearConstraint, minimize
 
 from fsm.case.loading.model_file import read_file
 from fsm.case.loading.toml_file import read_text, read_toml
-from fsm.case.models.optimise import Constraint, OptimiseFile
-from fsm.case.models.study import StudyResponse
+from fsm.case.models.study import Constraint, OptimiseFile, StudyResponse
 from fsm.case.schema.units import to_si
 from fsm.errors import CaseError, Fault, FsmError, NotConverged
 from fsm.io.folder_lock import ENDING, locked_folder
 from fsm.io.json_values import finite_values
 from fsm.io.provenance import provenance
-from fsm.studies.journal import Journal
 from fsm.studies.problem import MASS, Problem, case_problem, function_problem, mass_of, nominal_value, si_value
-from fsm.studies.search import EnoughRuns, Search
+from fsm.studies.search import EnoughRuns, Journal, Search
 from fsm.studies.sensitivity import differentiated_peak
 
 REPORT = "optimise.json"

@@ -11,10 +11,9 @@ import numpy as np
 
 from fsm.case.models.study import StudyFile
 from fsm.errors import FsmError
-from fsm.studies.design import Design
 from fsm.studies.indices import Indices, Regression, regression, sobol_indices, tornado
 from fsm.studies.problem import CURVE, Run
-from fsm.studies.scatter import Scatter
+from fsm.studies.scatter import Design, Scatter
 
 RANDOM = ("sobol", "latin")
 """Designs whose runs are a sample of the scatter, so that quantiles have their probabilities."""

@@ -22,8 +22,7 @@ from fsm.case.models.case import Case
 from fsm.case.models.study import StudyFile, StudyResponse
 from fsm.errors import CaseError, Fault, FsmError
 from fsm.studies.motion_derivatives import STEP_OF_MOTION, derivatives_of_motion, motion_response
-from fsm.studies.problem import Problem, Run, case_problem, evaluate, nominal_value
-from fsm.studies.rows import run_all
+from fsm.studies.problem import Problem, Run, case_problem, evaluate, nominal_value, run_all
 from fsm.studies.scatter import correlation_matrix, scatter_of
 
 STEP = 0.01

@@ -12,9 +12,8 @@ from scipy.optimize import toms748
 from fsm.case.schema.units import to_si
 from fsm.errors import CaseError, Fault, NotConverged
 from fsm.io.folder_lock import ENDING, locked_folder
-from fsm.studies.journal import Journal
 from fsm.studies.problem import case_problem, si_value
-from fsm.studies.search import EnoughRuns, Search
+from fsm.studies.search import EnoughRuns, Journal, Search
 from fsm.studies.sensitivity import response_named
 
 TOLERANCE = 1e-4

@@ -12,12 +12,10 @@ from fsm.case.loading.toml_file import read_text, read_toml
 from fsm.case.models.study import StudyFile
 from fsm.errors import CaseError
 from fsm.io.folder_lock import ENDING, locked_folder
-from fsm.studies.design import Design, design_of
-from fsm.studies.journal import Journal
-from fsm.studies.problem import Problem, Run, case_problem, evaluate, function_problem, nominal_value
+from fsm.studies.problem import Problem, Run, case_problem, evaluate, function_problem, nominal_value, run_all
 from fsm.studies.result import StudyResult
-from fsm.studies.rows import run_all
-from fsm.studies.scatter import Scatter, correlation_matrix, scatter_of
+from fsm.studies.scatter import Design, Scatter, correlation_matrix, design_of, scatter_of
+from fsm.studies.search import Journal
 from fsm.studies.write import write_study
 
 

@@ -10,11 +10,10 @@ import numpy as np
 
 from fsm.case.loading.table import PARQUET
 from fsm.io.atomic_write import atomic_write
-from fsm.io.csv_file import write_csv
+from fsm.io.csv_file import write_csv, write_parquet
 from fsm.io.gc_startup import imports_outside_gc, plain_matplotlib
 from fsm.io.hdf5_checked import fixed_text, written_from_memory
 from fsm.io.json_values import finite_values
-from fsm.io.parquet_file import write_parquet
 from fsm.io.provenance import provenance
 from fsm.studies.problem import CURVE
 from fsm.studies.result import RANDOM, StudyResult

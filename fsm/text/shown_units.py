@@ -1,10 +1,15 @@
-"""Units in which texts and figures show quantities, by the size of the values. Files have SI units."""
+"""Units in which texts and figures show quantities, by the size of the values. Files have SI units.
+
+Text of the report of `fsm check`: labelled lines, and numbers with their units.
+
+Text of motorisation margins.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple, TypeVar
 
 
 class ShownUnit(NamedTuple):
@@ -105,3 +110,56 @@ def turns(summary: Mapping[str, Any]) -> bool:
         return str(summary["drive"]).endswith("(turn)")
     steps = [step for step in summary.get("step", ()) if isinstance(step, Mapping) and "drive" in step]
     return bool(steps) and str(steps[0]["drive"]).endswith("(turn)")
+
+
+_LABEL = 14
+_T = TypeVar("_T")
+
+
+def labelled(sections: Iterable[tuple[str, Callable[[_T], Iterable[str]]]], case: _T) -> list[str]:
+    """Lines of all sections, the first line of each with its label."""
+    lines = []
+    for label, section in sections:
+        for text in section(case):
+            lines.append(f"{label:<{_LABEL}}{text}")
+            label = ""
+    return lines
+
+
+def count(number: int, one: str, many: str = "") -> str:
+    """Number with a noun in singular or plural."""
+    return f"{number} {one if number == 1 else many or one + 's'}"
+
+
+def triple(vector: tuple[float, float, float]) -> str:
+    """Vector as text."""
+    return "(" + ", ".join(f"{x:g}" for x in vector) + ")"
+
+
+def material_text(young: float, poisson: float, density: float) -> str:
+    """Elastic constants and density as text."""
+    return f"E {shown(young, 'Pa')}, Poisson's ratio {poisson:g}, density {density:g} kg/m^3"
+
+
+_LISTED = 6
+"""Largest number of joints with a text each."""
+
+
+def margin_texts(margins: Sequence[Mapping[str, Any]]) -> list[str]:
+    """One text for each of the joints with the smallest margins, the smallest first."""
+    ordered = sorted(margins, key=lambda row: float("inf") if row["margin"] is None else row["margin"])
+    texts = [margin_text(row) for row in ordered[:_LISTED]]
+    return [*texts, *([f"and {len(ordered) - _LISTED} larger ones"] if len(ordered) > _LISTED else [])]
+
+
+def negative_margins(margins: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Warnings on joints that may not move."""
+    negative = [row for row in margins if row["margin"] is not None and row["margin"] < 0.0]
+    return [f"the motorisation margin is negative: {margin_text(row)}" for row in negative]
+
+
+def margin_text(row: Mapping[str, Any]) -> str:
+    """Smallest margin of a joint, with its angle and moments."""
+    moments = f"available {shown(row['available'], 'N m')}, required {shown(row['required'], 'N m')}"
+    margin = "no moment required" if row["margin"] is None else f"{row['margin']:.3g}"
+    return f"{row['joint']} {margin} at {shown(row['angle'], 'rad')} ({moments})"

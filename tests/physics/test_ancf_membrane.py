@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from fsm.analyses.pretension import tensioned
+from fsm.analyses.stretch import tensioned
 from fsm.kernels.programs import ramp
 from fsm.model.nodes.films.air import air_mass
 from fsm.model.nodes.films.film import FilmMaterial

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fsm.analyses.pretension import settled, tensioned
+from fsm.analyses.stretch import settled, tensioned
 from fsm.kernels.programs import ramp
 from fsm.model.nodes.films.film import FilmMaterial
 from fsm.model.nodes.films.wrinkle import strip_wrinkles

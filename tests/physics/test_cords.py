@@ -12,8 +12,7 @@ from scipy.integrate import solve_ivp
 
 import fsm
 from fsm.kernels.body_poses import retract_poses
-from fsm.model.bodies.group import BlockSums, BodyState
-from fsm.model.bodies.pattern import body_pattern
+from fsm.model.bodies.group import BlockSums, BodyState, body_pattern
 from fsm.model.compile.compile_case import compile_case
 from fsm.model.elements.cords import CordGroup
 from tests.physics.test_ideal_joints import body, mechanism, of, run

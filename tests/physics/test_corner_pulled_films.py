@@ -12,7 +12,7 @@ import pytest
 
 from fsm.analyses.choose import analysis_of
 from fsm.analyses.natural import natural_modes
-from fsm.analyses.pretension import settled
+from fsm.analyses.stretch import settled
 from fsm.analyses.vibrate import VibrationAnalysis
 from fsm.case.loading.load_case import load_case
 from fsm.errors import CaseError, NotConverged

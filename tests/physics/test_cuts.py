@@ -13,8 +13,7 @@ from click.testing import CliRunner
 
 from fsm.analyses.sheet_motion import sheet_of, vertices_of
 from fsm.builders.patterns.cuts import open_cuts
-from fsm.builders.patterns.flexible_mesh import flexible_mesh
-from fsm.builders.patterns.of_sheet import pattern_of
+from fsm.builders.patterns.of_sheet import flexible_mesh, pattern_of
 from fsm.case.loading.load_case import load_case
 from fsm.case.pattern_files.fold_file import read_fold
 from fsm.cli.command_line import cli

@@ -23,7 +23,7 @@ from fsm.errors import NotConverged
 from fsm.kernels.rotation import rotation_matrix
 from fsm.model.compile.compile import compile_scene
 from fsm.model.compile.compile_case import compile_case
-from fsm.model.plan.save_times import save_times
+from fsm.model.plan.planned import save_times
 from fsm.model.system.system import SegmentSystem
 from fsm.solve.interface.records import Linearised
 from fsm.solve.outcome.energy_balance import EnergyBalance

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 import fsm
-from fsm.builders.patterns.flexible_mesh import flexible_mesh
-from fsm.builders.patterns.of_sheet import pattern_of
+from fsm.builders.patterns.of_sheet import flexible_mesh, pattern_of
 from fsm.case.models.laminate import laminate_of
 from fsm.case.models.sheet import Sheet
 from fsm.case.models.sheet_parts import SheetPly

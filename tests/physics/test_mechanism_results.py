@@ -15,7 +15,7 @@ from fsm.cli.command_line import cli
 from fsm.errors import CaseError
 from fsm.results.solution import JOINT_AXIS, LINK
 from fsm.run.summary_text import summary_lines
-from fsm.run.table_text import format_table
+from fsm.run.table_files import format_table
 from fsm.views.report.tables import sections_of
 
 _CRANK, _ROD = 0.1, 0.3

@@ -19,7 +19,7 @@ from fsm.case.models.case import Case
 from fsm.case.models.loads import Load
 from fsm.case.models.scene import GROUND, Body, ForceElement, Scene
 from fsm.kernels.blocks import BlockMatrix
-from fsm.model.bodies.pattern import body_pattern
+from fsm.model.bodies.group import body_pattern
 from fsm.model.compile.compile import compile_scene
 from fsm.model.system.system import SegmentSystem
 from fsm.solve import modal

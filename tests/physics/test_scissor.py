@@ -18,7 +18,7 @@ from fsm.case.models.materials import Material
 from fsm.case.models.scissor import BarSection, HingeJoint, PointForce, Scissor, Stop
 from fsm.case.models.time_program import Ramp, Table
 from fsm.model.compile.compile import compile_scene
-from fsm.model.nodes.beams.end_to_end import end_to_end
+from fsm.model.nodes.beams.bars import end_to_end
 from fsm.run.recorder import RecordedSolve
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate

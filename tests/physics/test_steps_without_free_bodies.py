@@ -11,8 +11,7 @@ import pytest
 
 from fsm.case.loading.load_case import load_case
 from fsm.case.models.time_program import Cycle, Ramp
-from fsm.model.bodies.drive import Travel, parts, run_up
-from fsm.model.bodies.time_function import time_function
+from fsm.model.bodies.drive import Travel, parts, run_up, time_function
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
 from fsm.run.run_case import run_case

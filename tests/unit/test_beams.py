@@ -10,7 +10,7 @@ import pytest
 from fsm.kernels.programs import ramp
 from fsm.model.nodes.beams.bars import BarMaterial, BarMesh
 from fsm.model.nodes.beams.beam_bernoulli import bernoulli_rows, bernoulli_shape
-from fsm.model.nodes.beams.beam_shape import beam_rows, beam_shape
+from fsm.model.nodes.beams.beam_strain import beam_rows, beam_shape
 from fsm.model.nodes.loading import Forcing, Loading
 from fsm.model.nodes.mesh import Mesh, node_pattern
 from fsm.model.nodes.system.system import AncfSystem

@@ -7,8 +7,7 @@ import pytest
 
 from fsm.interactions.contact.shapes import Shapes
 from fsm.interactions.search.box_pairs import ListedPairs, overlapping_boxes
-from fsm.interactions.shapes.shape_boxes import shape_boxes_planar, shape_boxes_spatial
-from fsm.interactions.shapes.shape_distance import BOX, HALF_SPACE
+from fsm.interactions.shapes.shape_distance import BOX, HALF_SPACE, shape_boxes_planar, shape_boxes_spatial
 from fsm.kernels.rotation import rotation_matrix
 
 

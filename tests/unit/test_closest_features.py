@@ -16,7 +16,7 @@ from fsm.interactions.triangles.triangles_pass import (
     point_passes_triangle,
     work_space,
 )
-from fsm.model.bodies.pattern import body_pattern
+from fsm.model.bodies.group import body_pattern
 
 ONE, NODES = np.zeros(1, dtype=np.int64), np.arange(4)
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [1.0, 0.1, 0.2], [0.2, 0.9, -0.1]])

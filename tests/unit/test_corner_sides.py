@@ -14,7 +14,7 @@ from fsm.interactions.surfaces.closest_planar import probe_points_planar
 from fsm.interactions.surfaces.closest_spatial import probe_points_spatial
 from fsm.interactions.surfaces.probe_sides import turned_sides
 from fsm.model.compile.compile_case import compile_case
-from fsm.model.contact.surfaces.corner_sides import Corners
+from fsm.model.contact.surfaces.panel_points import Corners
 from fsm.model.contact.surfaces.surface_contacts import SurfaceContacts
 from fsm.model.system.system import SegmentSystem
 

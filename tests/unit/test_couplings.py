@@ -16,8 +16,7 @@ from fsm.case.models.case import Case
 from fsm.case.models.coupling import OWN_COUPLINGS
 from fsm.case.models.scene import Scene
 from fsm.errors import CaseError
-from fsm.model.bodies.group import BlockSums, BodyState, PreviousPoses
-from fsm.model.bodies.pattern import body_pattern
+from fsm.model.bodies.group import BlockSums, BodyState, PreviousPoses, body_pattern
 from fsm.model.compile import compile_couplings
 from fsm.model.compile.compile import compile_scene
 from fsm.model.elements.couplings import CouplingGroup

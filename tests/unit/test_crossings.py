@@ -10,8 +10,8 @@ import pytest
 
 from fsm.case.pattern_files import crossings as module
 from fsm.case.pattern_files.crossings import crossings, points_on_lines
+from fsm.case.pattern_files.pattern import Line
 from fsm.case.pattern_files.planar import planar_pattern
-from fsm.case.pattern_files.reading import Line
 
 
 def cross(ends: np.ndarray, vertices: np.ndarray | None = None, near: float = 1e-6) -> np.ndarray:

@@ -12,8 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from fsm.case.loading.load_case import load_case
 from fsm.kernels.body_poses import retract_poses
-from fsm.model.bodies.group import BlockSums, BodyState, PreviousPoses
-from fsm.model.bodies.pattern import body_pattern
+from fsm.model.bodies.group import BlockSums, BodyState, PreviousPoses, body_pattern
 from fsm.model.elements.elements import BushingGroup
 from fsm.run.run_case import run_case
 

@@ -16,7 +16,7 @@ from click.testing import CliRunner
 from PIL import Image
 
 import fsm
-from fsm.builders.patterns.flexible_mesh import flexible_mesh
+from fsm.builders.patterns.of_sheet import flexible_mesh
 from fsm.cli.command_line import cli
 from fsm.results.all_channels import all_channels
 from fsm.views.exporters import EXPORTERS, export

@@ -28,10 +28,9 @@ from fsm.views.plots.drawing import drawing
 from fsm.views.plots.energy import STACK, plot_energy
 from fsm.views.plots.figures import draw, figures_of
 from fsm.views.plots.force import plot_force, plot_overlay
-from fsm.views.plots.marks import stage_shade
 from fsm.views.plots.motion import plot_motion
 from fsm.views.plots.parts import colours_of_parts, handles_of_parts, polygons
-from fsm.views.plots.style import COLOURS, rounded
+from fsm.views.plots.style import COLOURS, rounded, stage_shade
 from fsm.views.plots.vibration import plot_modes, plot_tension
 from tests.unit.plot_runs import strip_run, undriven, words
 from tests.unit.test_report_page import records_of, saved

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from fsm.case.pattern_files.fold_file import read_fold
-from fsm.case.pattern_files.reading import PatternFault, Reading
+from fsm.case.pattern_files.pattern import PatternFault, Reading
 from tests.case_texts import FOLDED, SQUARE, fold
 
 

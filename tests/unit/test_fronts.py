@@ -13,7 +13,7 @@ from fsm.kernels.block_lu import fill_in
 from fsm.kernels.blocks import BlockMatrix, BlockPattern, Elimination
 from fsm.kernels.fronts import Supernodes, count_negative_pivots, factorise_fronts, solve_by_fronts, solve_columns
 from fsm.kernels.programs import ramp
-from fsm.model.bodies.pattern import body_pattern
+from fsm.model.bodies.group import body_pattern
 from fsm.model.nodes.films.film import FilmMaterial
 from fsm.model.nodes.loading import Loading, SupportMotion
 from fsm.model.nodes.system.build import MeshBuilder

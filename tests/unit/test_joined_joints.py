@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.case.models.cord import SceneCord
 from fsm.case.models.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame
 from fsm.case.models.joint import SceneJoint
 from fsm.case.models.scene import Body, Scene
-from fsm.case.models.spring import SceneSpring
+from fsm.case.models.spring import SceneCord, SceneSpring
 from fsm.model.compile.compile_joined import compile_model
 from fsm.model.elements.joints import JointGroup
 from fsm.model.joined.system import JoinedSystem

@@ -12,8 +12,7 @@ from fsm.case.derived.rebound import rebound
 from fsm.interactions.openings import ALONG, CONSTANTS, LENGTH, TURN
 from fsm.kernels.body_poses import retract_poses
 from fsm.kernels.programs import Piece, Program
-from fsm.model.bodies.group import BlockSums, BodyState
-from fsm.model.bodies.pattern import body_pattern
+from fsm.model.bodies.group import BlockSums, BodyState, body_pattern
 from fsm.model.elements import joint_laws as laws
 from fsm.model.elements.joint_forces import JointForceGroup
 

@@ -9,8 +9,7 @@ import pytest
 
 from fsm.kernels.blocks import BlockMatrix
 from fsm.model.nodes.assembly import slots_of
-from fsm.model.nodes.beams.hinge import HingeGroup
-from fsm.model.nodes.beams.latch import Latches
+from fsm.model.nodes.beams.hinge import HingeGroup, Latches
 from fsm.model.nodes.mesh import node_pattern
 
 LIMIT, STIFFNESS, DAMPING = 0.4, 3.0, 0.2

@@ -13,7 +13,7 @@ from fsm.errors import NotConverged
 from fsm.kernels.block_lu import fill_in, is_symmetric
 from fsm.kernels.blocks import BlockMatrix
 from fsm.kernels.minimum_degree import few_by_minimum_degree
-from fsm.model.bodies.pattern import body_pattern
+from fsm.model.bodies.group import body_pattern
 from fsm.solve.equations.linear import LinearSolver, many_by_minimum_degree
 
 

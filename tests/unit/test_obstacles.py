@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from fsm.builders.scene import build_scene
 from fsm.builders.strip import build_strip
-from fsm.case.derived.contact_sides import pairs_by_geometry
+from fsm.case.derived.contact_points import pairs_by_geometry
 from fsm.case.derived.planar import out_of_plane
 from fsm.case.loading.load_case import read_case
 from fsm.case.models.case import Case

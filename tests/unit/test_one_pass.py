@@ -16,8 +16,7 @@ from fsm.interactions.pose_spatial import tangent_pose_spatial
 from fsm.kernels.body_poses import retract_poses
 from fsm.kernels.scatter import scatter_efforts
 from fsm.laws.crease import crease_moment, curve_from_data, join_curves
-from fsm.model.bodies.group import BlockSums, BodyState, PreviousPoses
-from fsm.model.bodies.pattern import BodyPattern, body_pattern
+from fsm.model.bodies.group import BlockSums, BodyPattern, BodyState, PreviousPoses, body_pattern
 from fsm.model.elements.creases import CreaseGroup
 from fsm.model.elements.elements import BushingGroup
 

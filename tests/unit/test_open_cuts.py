@@ -10,11 +10,10 @@ import pytest
 
 from fsm.builders.patterns.cuts import facets_across_cuts, open_cuts, sides_of_cuts
 from fsm.builders.patterns.generators import miura
-from fsm.builders.patterns.places import place_of
+from fsm.builders.patterns.of_sheet import place_of
 from fsm.case.pattern_files.fold_file import read_fold
-from fsm.case.pattern_files.pattern import Pattern
+from fsm.case.pattern_files.pattern import Line, Pattern
 from fsm.case.pattern_files.planar import planar_pattern
-from fsm.case.pattern_files.reading import Line
 
 
 def grid(columns: int, rows: int, letters: dict[tuple[tuple[int, int], tuple[int, int]], str]) -> Pattern:

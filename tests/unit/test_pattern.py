@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from fsm.kernels.blocks import BlockMatrix
 from fsm.kernels.scatter import add_block, find_slot, pair_slots, scatter_efforts
-from fsm.model.bodies.pattern import body_pattern
+from fsm.model.bodies.group import body_pattern
 
 DOF = np.array([-1, 0, 1, -1, 2, 3])
 PAIRS = np.array([[0, 1], [1, 2], [4, 2], [3, 4], [5, 5]])

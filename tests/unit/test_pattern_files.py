@@ -13,8 +13,8 @@ import pytest
 from fsm.case.models.sheet import Sheet
 from fsm.case.pattern_files.file import with_pattern
 from fsm.case.pattern_files.fold_file import read_fold
+from fsm.case.pattern_files.pattern import Line, PatternFault, Reading
 from fsm.case.pattern_files.planar import planar_pattern
-from fsm.case.pattern_files.reading import Line, PatternFault, Reading
 from fsm.case.pattern_files.svg_file import read_svg
 from tests.case_texts import FOLDED, fold
 

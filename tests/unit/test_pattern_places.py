@@ -17,8 +17,7 @@ from fsm.builders.patterns.generators import miura, waterbomb
 from fsm.builders.patterns.of_sheet import pattern_of
 from fsm.case.models.sheet import Sheet
 from fsm.case.pattern_files.fold_file import read_fold
-from fsm.case.pattern_files.pattern import Pattern, edge_groups
-from fsm.case.pattern_files.reading import PatternFault
+from fsm.case.pattern_files.pattern import Pattern, PatternFault, edge_groups
 from fsm.errors import CaseError
 from fsm.views.pictures.sheet_picture import draw_fault, draw_sheet
 

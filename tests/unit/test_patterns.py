@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fsm.builders.patterns.facets import facet_frames, quaternions
+from fsm.builders.patterns.cuts import facet_frames, quaternions
 from fsm.builders.patterns.foldability import foldability
 from fsm.builders.patterns.folding import fold_pattern
 from fsm.builders.patterns.generators import cone, flasher, kresling, miura, miura_tube, tube, waterbomb, yoshimura, zigzag
-from fsm.builders.patterns.places import place_of
+from fsm.builders.patterns.of_sheet import place_of
 from fsm.case.loading.load_case import load_case
 from fsm.case.models.sheet import Sheet
 from fsm.case.pattern_files.pattern import Pattern

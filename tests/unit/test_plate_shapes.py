@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from fsm.case.models.scene import Body, Plate
-from fsm.interactions.shapes.shape_boxes import shape_boxes_spatial
-from fsm.interactions.shapes.shape_distance import POLYGON, RECTANGLE, shape_derivatives
+from fsm.interactions.shapes.shape_distance import POLYGON, RECTANGLE, shape_boxes_spatial, shape_derivatives
 from fsm.interactions.shapes.swept import points_pass
 from fsm.model.contact.shapes.plate_shapes import corner_neighbours, plate_shapes
 from fsm.model.contact.shapes.shape_features import add_features, plate_grid

@@ -9,9 +9,8 @@ from fsm.errors import CaseError
 from fsm.extend import PointKind, add_point_element
 from fsm.kernels.body_poses import retract_poses
 from fsm.kernels.rotation import rotation_matrix
-from fsm.model.bodies.group import BlockSums, BodyState
-from fsm.model.bodies.pattern import body_pattern
-from fsm.model.elements.point_elements import PointGroup
+from fsm.model.bodies.group import BlockSums, BodyState, body_pattern
+from fsm.model.elements.law_elements import PointGroup
 
 
 def volume(x, stiffness):

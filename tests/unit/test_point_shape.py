@@ -15,7 +15,7 @@ from fsm.interactions.shapes.shape_distance import BOX, CYLINDER, HALF_SPACE, RE
 from fsm.kernels.rotation import exponential, multiply, rotate_by, rotation_matrix
 from fsm.kernels.scatter import scatter_efforts
 from fsm.model.bodies.contact_arrays import FRICTION
-from fsm.model.bodies.pattern import body_pattern
+from fsm.model.bodies.group import body_pattern
 from fsm.model.contact.array_contacts import add_geometric_tangent
 from fsm.model.contact.contact_table import ActiveContacts, ContactKinematics
 from fsm.model.contact.shapes.shape_contacts import ShapeContacts

@@ -13,7 +13,7 @@ from fsm.case.models.case import Case
 from fsm.case.models.contact import Contact, Friction
 from fsm.case.models.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
 from fsm.kernels.blocks import BlockMatrix
-from fsm.model.bodies.pattern import body_pattern
+from fsm.model.bodies.group import body_pattern
 from fsm.model.compile.compile import compile_scene
 from fsm.model.system.system import SegmentSystem
 from fsm.solve.interface.records import Linearised

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fsm.analyses.pretension import tensioned
 from fsm.analyses.reduced import reduced_model, stretch_left_out
+from fsm.analyses.stretch import tensioned
 from fsm.kernels.programs import half_sine, ramp
 from fsm.model.nodes.films.film import FilmMaterial
 from fsm.model.nodes.loading import Forcing, Loading, SupportMotion

@@ -19,7 +19,7 @@ from fsm.errors import CaseError
 from fsm.interactions.surfaces.surface import TIP
 from fsm.model.compile.compile_case import compile_case
 from fsm.model.contact.surfaces.surface_contacts import SurfaceContacts
-from fsm.model.plan.save_times import save_times
+from fsm.model.plan.planned import save_times
 
 CONTACT = {"stiffness": 1e6, "damping": 3.0}
 STEP = {"mu_static": 0.3, "mu_dynamic": 0.2, "v_static": 1e-3, "v_dynamic": 1e-2}

@@ -12,7 +12,7 @@ from fsm.case.loading.load_case import load_case
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
 from fsm.run.run_case import run_case
-from fsm.views.report.quantities import fold_angles
+from fsm.views.report.fields import fold_angles
 from fsm.views.report.shapes import creases_of
 from fsm.views.report.write import report_page
 from tests.unit.plot_runs import strip_run, undriven

@@ -18,8 +18,8 @@ from fsm.cli.command_line import cli
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
 from fsm.results.writer import write_solution
+from fsm.views.report.fields import fold_angles, pair_sides
 from fsm.views.report.packing import pack_doubles, pack_floats, pack_integers, pack_levels, safe_json
-from fsm.views.report.quantities import fold_angles, pair_sides
 from fsm.views.report.shapes import creases_of, parts_of, shown_shapes
 from fsm.views.report.write import library, report_page
 from tests.unit.plot_runs import FOLD, strip_run

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 import fsm
 from fsm.case.loading.model_file import read_file
-from fsm.case.models.optimise import OptimiseFile
+from fsm.case.models.study import OptimiseFile
 from fsm.cli.command_line import cli
 from fsm.errors import NotConverged
 from fsm.studies.optimise import optimise

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from fsm.results.summary_units import heading
+from fsm.results.summary_file import heading
 from fsm.text.shown_units import shown, shown_points, shown_range, shown_size, travel_text, turns
 from fsm.views.plots.style import figure_unit
 

@@ -19,9 +19,9 @@ from fsm.case.models.study import StudyFile
 from fsm.cli.command_line import cli
 from fsm.errors import CaseError
 from fsm.studies.indices import sobol_indices
-from fsm.studies.journal import JOURNAL
 from fsm.studies.result import StudyResult
 from fsm.studies.scatter import values_at
+from fsm.studies.search import JOURNAL
 from fsm.studies.study import _prepare, run_study
 from fsm.studies.study_page import write_figures_and_page
 

@@ -11,7 +11,7 @@ from matplotlib.image import imread
 
 from fsm.case.loading.table import load_reference
 from fsm.errors import CaseError
-from fsm.run.table_text import format_comparison, format_table
+from fsm.run.table_files import format_comparison, format_table
 from fsm.views.plots.study import plot_study, relative_changes, varied_column
 
 CASES = Path(__file__).parents[2] / "folding_cases" / "membrane_impact"

@@ -11,8 +11,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from fsm.analyses.deploy_warnings import _unstable_at_end
-from fsm.analyses.pulls import pull_warnings
+from fsm.analyses.deploy_warnings import _unstable_at_end, pull_warnings
 from fsm.case.loading.load_case import load_case
 from fsm.results.solution import ENERGIES, Layout, Solution
 from fsm.results.store import read_solution

@@ -19,8 +19,7 @@ from fsm.results.summary_file import write_summary
 from fsm.run.rows import RESOLVED
 from fsm.run.run_case import Finished, compile_case
 from fsm.run.table import failures, merge_tables, run_table
-from fsm.run.table_files import flat_numbers, write_extremes, write_summaries
-from fsm.run.table_text import format_table, progress_line
+from fsm.run.table_files import flat_numbers, format_table, progress_line, write_extremes, write_summaries
 from fsm.run.workers import JobOutcome
 from fsm.views.plots.drawing import drawing
 from fsm.views.plots.parameters import plot_parameters

@@ -11,8 +11,7 @@ from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 from fsm.case.models.time_program import Constant, Cycle, Ramp, Table, TimeFunction, steepest
 from fsm.kernels.programs import half_sine, program_at, ramp, rectangle, sampled, table_of
-from fsm.model.bodies.drive import Travel, parts, run_up
-from fsm.model.bodies.time_function import time_function
+from fsm.model.bodies.drive import Travel, parts, run_up, time_function
 
 TABLE = Table(kind="table", time=(1.0, 2.0, 4.0, 5.0), value=(0.0, 1.0, -1.0, 0.5), interpolation="smooth")
 FUNCTIONS = (

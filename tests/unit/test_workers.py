@@ -11,8 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from fsm.run.local_workers import LocalTeam
-from fsm.run.workers import _Queue, run_jobs
+from fsm.run.workers import LocalTeam, _Queue, run_jobs
 
 COPIES = [False, pytest.param(True, marks=pytest.mark.skipif(sys.platform != "linux", reason="workers are copies on Linux"))]
 

@@ -11,8 +11,7 @@ from contextlib import suppress
 import numpy as np
 
 from fsm.case.models.scene import Scene
-from fsm.model.bodies.group import BlockSums, BodyState
-from fsm.model.bodies.pattern import body_pattern
+from fsm.model.bodies.group import BlockSums, BodyState, body_pattern
 from fsm.model.compile.compile import compile_scene
 from fsm.model.system.system import SegmentSystem
 from fsm.solve.equations.linear import Backend, LinearSolver

@@ -12,7 +12,7 @@ from functools import cache
 
 import numpy as np
 
-from fsm.analyses.pretension import settled
+from fsm.analyses.stretch import settled
 from fsm.kernels.programs import ramp
 from fsm.model.nodes.films.film import FilmMaterial, MembraneGroup
 from fsm.model.nodes.films.wrinkle import lifted, strip_wrinkles

@@ -109,7 +109,7 @@ STRIPS = (
     ),
     Mutant(
         "compiled steps without the input power of drives",
-        "fsm/model/bodies/array_energies.py",
+        "fsm/model/bodies/array_forces.py",
         "power += of_drives",
         "power += 0.0 * of_drives",
         physics_test("many_steps", "test_same_steps"),
@@ -137,7 +137,7 @@ STRIPS = (
     ),
     Mutant(
         "ramp of a load not smooth",
-        "fsm/model/bodies/time_function.py",
+        "fsm/model/bodies/drive.py",
         "else (0.0, 0.0, 3.0 / length**2, -2.0 / length**3)",
         "else (0.0, 1.0 / length)",
         unit_test("time_function", "test_ramp_is_zero_then_smooth_then_one"),

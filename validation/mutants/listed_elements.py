@@ -204,7 +204,7 @@ ARRAYS = (
     ),
     Mutant(
         "latches forget when they closed",
-        "fsm/model/nodes/beams/latch.py",
+        "fsm/model/nodes/beams/hinge.py",
         "self.times[:] = times if len(times) else math.inf",
         "self.times[:] = math.inf",
         unit_test("latch", "test_latches_are_remembered"),

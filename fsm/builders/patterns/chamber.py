@@ -15,12 +15,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsm.builders.patterns.places import facets_named
+from fsm.builders.patterns.of_sheet import facets_named
 from fsm.case.models.chambers import Chamber, Lid
 from fsm.case.models.gas import Gas
 from fsm.errors import CaseError, Fault
-from fsm.text.report_text import count
-from fsm.text.shown_units import shown_points
+from fsm.text.shown_units import count, shown_points
 
 _NEAR = 1e-9
 """Distance of a node from a plane, relative to the size of the sheet, below which the node lies in the plane."""

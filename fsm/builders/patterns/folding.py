@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fsm.builders.patterns.facets import facet_frames
+from fsm.builders.patterns.cuts import facet_frames
 from fsm.case.pattern_files.pattern import Pattern, polygon_normal
 
 _WEIGHT = 10.0

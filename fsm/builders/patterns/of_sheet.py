@@ -1,9 +1,19 @@
-"""Pattern of a section [sheet], and the stiffness of its bend lines."""
+"""Pattern of a section [sheet], and the stiffness of its bend lines.
+
+Places on a sheet by name or by geometry: edges, vertices, facets, and boxes.
+
+Mesh of the flexible facets of a sheet.
+"""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,8 +21,11 @@ from fsm.builders.patterns.cuts import open_cuts
 from fsm.builders.patterns.foldability import bad_lines
 from fsm.builders.patterns.folding import fold_pattern
 from fsm.builders.patterns.generators import cone, flasher, kresling, miura, miura_tube, tube, waterbomb, yoshimura, zigzag
+from fsm.builders.patterns.pattern_mesh import pattern_mesh
+from fsm.builders.patterns.plates import boom_mesh, plate_mesh
 from fsm.builders.patterns.slits import slits
 from fsm.case.models.case import Case
+from fsm.case.models.facet_mesh import FacetMesh
 from fsm.case.models.sheet import Sheet
 from fsm.case.pattern_files.pattern import ASSIGNMENTS, Pattern, edge_groups
 from fsm.errors import CaseError, Fault
@@ -140,3 +153,157 @@ def bend_stiffness_per_length(case: Case, length: float) -> float:
         return sheet.bend_stiffness_per_length
     plate = material.young * sheet.thickness**3 / (12.0 * (1.0 - material.poisson**2))
     return plate * (length / sheet.thickness) ** (1.0 / 3.0) / length
+
+
+_NUMBERS = re.compile(r"(vertex|vertices|facet)\s+(\d+(?:\s*,\s*\d+)*)")
+_FACETS = re.compile(r"facets?\s+(\d+(?:\s*,\s*\d+)*)")
+
+
+class Place(NamedTuple):
+    """Place on a sheet: its name, and its vertices or its facet (numbers from 0)."""
+
+    name: str
+    vertices: tuple[int, ...]
+    facet: int | None = None
+
+
+def place_of(pattern: Pattern, at: str | tuple[tuple[float, float, float], tuple[float, float, float]]) -> Place:
+    """Vertices or facet at a place.
+
+    Parameters
+    ----------
+    pattern : Pattern
+    at : str, or two opposite corners of a box in m
+        "edge left", "vertex 12", "vertices 3, 4, 5", "facet 7" (numbers from 1), or a box around vertices at the start.
+
+    Raises
+    ------
+    ValueError
+        There is no such place; the message lists the places.
+    """
+    if not isinstance(at, str):
+        return _in_box(pattern, np.array(at))
+    word, _, rest = at.strip().partition(" ")
+    if word == "edge":
+        if rest not in pattern.groups:
+            names = ", ".join(f'"edge {name}"' for name in pattern.groups)
+            raise ValueError(f'"{at}" is not an edge of the sheet; its edges are {names or "not named, give vertices"}')
+        return Place(at.strip(), pattern.groups[rest])
+    match = _NUMBERS.fullmatch(at.strip())
+    if match is None:
+        text = 'give "edge left", "vertex 12", "vertices 3, 4, 5", "facet 7", or a box [[x, y, z], [x, y, z]]'
+        raise ValueError(f'"{at}" is not a place of the sheet; {text}')
+    numbers = tuple(int(number) - 1 for number in match[2].split(","))
+    if match[1] == "facet":
+        if len(numbers) > 1:
+            raise ValueError(f'"{at}" names {len(numbers)} facets; give one facet for each item')
+        _check(numbers, len(pattern.faces), "facets")
+        return Place(f"facet {numbers[0] + 1}", (), numbers[0])
+    _check(numbers, len(pattern.vertices), "vertices")
+    return Place(at.strip(), tuple(dict.fromkeys(numbers)))
+
+
+def facets_named(at: str, count: int) -> tuple[int, ...]:
+    """Numbers from 0 of facets on which a pressure acts: "all", "facet 3", or "facets 1, 2".
+
+    Parameters
+    ----------
+    at : str
+    count : number of facets of the sheet
+
+    Raises
+    ------
+    ValueError
+        There is no such facet.
+    """
+    if at.strip() == "all":
+        return tuple(range(count))
+    match = _FACETS.fullmatch(at.strip())
+    if match is None:
+        raise ValueError(f'"{at}" names no facets; a pressure needs "all", "facet 3" or "facets 1, 2"')
+    numbers = tuple(dict.fromkeys(int(number) - 1 for number in match[1].split(",")))
+    _check(numbers, count, "facets")
+    return numbers
+
+
+def _check(numbers: tuple[int, ...], count: int, what: str) -> None:
+    """Raise a ValueError if a number is out of range."""
+    for number in numbers:
+        if not 0 <= number < count:
+            raise ValueError(f"there is no number {number + 1}; the sheet has {count} {what}, numbered from 1")
+
+
+def _in_box(pattern: Pattern, corners: np.ndarray) -> Place:
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    margin = 1e-9 * max(pattern.extent(), 1e-300)
+    inside = ((pattern.vertices >= low - margin) & (pattern.vertices <= high + margin)).all(axis=1)
+    if not inside.any():
+        sides = "; ".join(f"{x} {a:.4g} to {b:.4g} m" for x, a, b in zip("xyz", *_bounds(pattern), strict=True))
+        raise ValueError(f"the box contains no vertex of the sheet, which extends over {sides}; move or enlarge the box")
+    return Place("box " + " ".join(f"{x:g}" for x in corners.ravel()), tuple(np.flatnonzero(inside).tolist()))
+
+
+def _bounds(pattern: Pattern) -> tuple[list[float], list[float]]:
+    return pattern.vertices.min(axis=0).tolist(), pattern.vertices.max(axis=0).tolist()
+
+
+@lru_cache(maxsize=4)
+def flexible_mesh(sheet: Sheet) -> FacetMesh:
+    """Mesh of the flexible facets of a sheet; the last few are cached.
+
+    Raises
+    ------
+    CaseError
+        The pattern is faulty, or the mesh is too large.
+    """
+    if sheet.kind == "plate":
+        return plate_mesh(sheet)
+    if sheet.is_shell:
+        return boom_mesh(sheet)
+    assert sheet.mesh_size is not None
+    pattern = pattern_of(sheet)
+    mirrors = {}
+    for support in sheet.support:
+        with suppress(ValueError):  # places that do not exist are refused by name when supports are built
+            if support.mirror is not None:
+                mirrors[frozenset(place_of(pattern, support.at).vertices)] = "xyz".index(support.mirror)
+    return pattern_mesh(pattern, sheet.mesh_size, sheet.mesh_grading[0], folding_letters(sheet), mirrors)
+
+
+def mesh_as_pattern(sheet: Sheet) -> Pattern:
+    """Pattern whose facets are the triangles of the mesh; edges inside a facet become bend lines.
+
+    The vertices are the nodes in the order of `FacetMesh.nodes`. The pattern is flat if the sheet starts flat.
+    """
+    pattern, mesh = pattern_of(sheet), flexible_mesh(sheet)
+    number = np.full(len(mesh.owner), -1)
+    number[mesh.nodes] = np.arange(len(mesh.nodes))
+    number = number[mesh.owner]
+    vertices = mesh.positions[mesh.nodes]
+    flat = None if pattern.flat is None or np.ptp(vertices[:, 2]) else vertices[:, :2]
+    fine = Pattern.of_faces(vertices, [tuple(face) for face in number[mesh.triangles].tolist()], flat)
+    letters = ["B" if face < 0 else "J" for face in fine.edge_faces.min(axis=1).tolist()]
+    target = np.zeros(len(letters))
+    edges = {frozenset(pair): k for k, pair in enumerate(fine.edges.tolist())}
+    coarse = pattern.with_bend_lines(most=4)
+    for crease in mesh.creases:
+        nodes = number[crease.sectors[:, 0]].tolist()
+        for pair in pairwise(nodes):
+            letters[edges[frozenset(pair)]] = coarse.assignment[crease.edge]
+            target[edges[frozenset(pair)]] = coarse.target[crease.edge]
+    return fine.assigned(letters, target)
+
+
+def mesh_of_result(case: Mapping[str, Any], triangles: int) -> FacetMesh | None:
+    """Mesh of the flexible facets of a solved case, if the result has this number of triangles; None for other results."""
+    from fsm.case.models.case import Case
+
+    sheet = case.get("sheet")
+    if not isinstance(sheet, Mapping) or sheet.get("facets") != "flexible":
+        return None
+    try:
+        found = Case.model_validate(case).sheet
+        mesh = flexible_mesh(found) if found is not None else None
+    except (CaseError, ValueError, TypeError, OSError):  # the case was written by another version
+        return None
+    return mesh if mesh is not None and len(mesh.triangles) == triangles else None

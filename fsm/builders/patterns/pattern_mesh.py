@@ -22,7 +22,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from fsm.builders.patterns.facets import facet_frames
+from fsm.builders.patterns.cuts import facet_frames
 from fsm.builders.patterns.smooth_normals import smooth_normals
 from fsm.case.models.facet_mesh import MOST_TRIANGLES, FacetMesh, MeshCrease, graded, many
 from fsm.case.pattern_files.pattern import Pattern

@@ -12,23 +12,21 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from fsm.builders.patterns.facets import FacetFrames, facet_frames, quaternions
+from fsm.builders.patterns.cuts import FacetFrames, facet_frames, quaternions
 from fsm.builders.patterns.mesh_places import MeshPlace, mesh_place
-from fsm.builders.patterns.of_sheet import pattern_of
-from fsm.builders.patterns.places import Place, place_of
+from fsm.builders.patterns.of_sheet import Place, pattern_of, place_of
 from fsm.builders.sheet.sheet_loads import facet_name, facets_of_vertices
 from fsm.case.derived.frame_bodies import as_assembled, nearest_body, quaternion_matrix
 from fsm.case.models.case import Case
-from fsm.case.models.cord import SceneCord
 from fsm.case.models.facet_mesh import MeshPoint
 from fsm.case.models.flexible import SceneFrame, SceneSeam
 from fsm.case.models.flexible_facets import SHEET, FlexibleFacets
 from fsm.case.models.joint import SceneJoint
+from fsm.case.models.law_keys import BodyPoint, PointElement
 from fsm.case.models.loads import Load
-from fsm.case.models.point_element import BodyPoint, PointElement
 from fsm.case.models.scene import GROUND, Body, ForceElement, Quaternion, Scene
 from fsm.case.models.sheet_parts import Box
-from fsm.case.models.spring import SceneSpring
+from fsm.case.models.spring import SceneCord, SceneSpring
 from fsm.case.pattern_files.pattern import Pattern
 from fsm.case.schema.known_names import nearest_name
 from fsm.errors import CaseError, Fault

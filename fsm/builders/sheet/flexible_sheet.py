@@ -1,24 +1,24 @@
-"""Scene of a sheet with flexible facets: mesh, supports of nodes, loads and drives at frames of the mesh."""
+"""Scene of a sheet with flexible facets: mesh, supports of nodes, loads and drives at frames of the mesh.
+
+Contact of the nodes of a sheet with the sheet itself and with every obstacle.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from fsm.builders.patterns.chamber import SheetSurface
-from fsm.builders.patterns.cuts import facets_across_cuts
-from fsm.builders.patterns.facets import quaternions
-from fsm.builders.patterns.flexible_mesh import flexible_mesh
+from fsm.builders.patterns.cuts import facets_across_cuts, quaternions
 from fsm.builders.patterns.mesh_places import MeshPlace, mesh_place, mirrored_place
-from fsm.builders.patterns.of_sheet import pattern_of
+from fsm.builders.patterns.of_sheet import flexible_mesh, pattern_of
 from fsm.builders.patterns.plates import seam_angle
 from fsm.builders.sheet.beside_sheet import frame_of_mesh
-from fsm.builders.sheet.sheet_contact import contact_of_nodes
-from fsm.builders.sheet.sheet_folding import Folds, facet_damping
 from fsm.builders.sheet.sheet_gas import with_gas
-from fsm.builders.sheet.sheet_joints import sheet_joints
+from fsm.builders.sheet.sheet_joints import Folds, facet_damping, sheet_joints
 from fsm.builders.sheet.sheet_loads import load_parts, place_points, pressed_facets
 from fsm.case.derived.frame_bodies import quaternion_matrix
 from fsm.case.models.case import Case
@@ -28,13 +28,31 @@ from fsm.case.models.flexible_facets import SHEET, FlexibleFacets
 from fsm.case.models.fold_data import FoldData
 from fsm.case.models.laminate import Laminate, laminate_of
 from fsm.case.models.loads import Drive, Load
-from fsm.case.models.scene import Body, ForceElement, Scene
+from fsm.case.models.scene import Body, ContactPair, ForceElement, Scene
 from fsm.case.models.sheet import Sheet
 from fsm.case.models.sheet_parts import Box, SheetSupport
 from fsm.case.models.time_program import Ramp
 from fsm.case.models.touching import TouchingSheet
 from fsm.case.plan.step_items import releases, steps_from
 from fsm.errors import CaseError, Fault
+
+
+def contact_of_nodes(case: Case) -> dict[str, Any]:
+    """Contact keys of the scene of a sheet of flexible facets or bars.
+
+    Raises
+    ------
+    CaseError
+        The friction depends on directions in a facet.
+    """
+    if case.contact is None:
+        return {}
+    if case.friction is not None and case.friction.across != 1.0:
+        text = f"{case.friction.across:g} is not available with the nodes of a sheet, which have no axes; give 1"
+        raise CaseError(Fault("friction.across", text))
+    pairs = [ContactPair(first=SHEET, second=name) for name in (SHEET, *(obstacle.name for obstacle in case.obstacle))]
+    return {"pairs": tuple(pairs), "contact": case.contact, "friction": case.friction, "obstacles": case.obstacle}
+
 
 _DRIVEN = 1e3
 """Total stiffness of the springs between a driven place and its nodes, relative to E t."""

@@ -10,8 +10,7 @@ from itertools import combinations
 
 import numpy as np
 
-from fsm.builders.patterns.of_sheet import pattern_of
-from fsm.builders.patterns.places import place_of
+from fsm.builders.patterns.of_sheet import pattern_of, place_of
 from fsm.case.models.case import Case
 from fsm.case.models.loads import Drive
 from fsm.case.models.sheet_parts import SheetSupport

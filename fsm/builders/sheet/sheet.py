@@ -8,14 +8,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fsm.builders.patterns.cuts import facets_across_cuts
-from fsm.builders.patterns.facets import FacetFrames, facet_frames, quaternions
-from fsm.builders.patterns.of_sheet import pattern_of
-from fsm.builders.patterns.places import Place, place_of
+from fsm.builders.patterns.cuts import FacetFrames, facet_frames, facets_across_cuts, quaternions
+from fsm.builders.patterns.of_sheet import Place, pattern_of, place_of
 from fsm.builders.sheet.flexible_sheet import build_flexible
-from fsm.builders.sheet.sheet_folding import crease_damping, crease_of_length, fold_turn, is_motion, time_of_folding
 from fsm.builders.sheet.sheet_gas import with_gas_of_panels
-from fsm.builders.sheet.sheet_joints import SheetJoint, rest_angle, sheet_joints
+from fsm.builders.sheet.sheet_joints import (
+    SheetJoint,
+    crease_damping,
+    crease_of_length,
+    fold_turn,
+    is_motion,
+    rest_angle,
+    sheet_joints,
+    time_of_folding,
+)
 from fsm.builders.sheet.sheet_loads import facet_name, facets_of_vertices, placed_loads, vertex_name
 from fsm.builders.sheet.sheet_supports import check_supports
 from fsm.case.models.case import Case

@@ -5,14 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.builders.patterns.chamber import SheetSurface
-from fsm.builders.patterns.cuts import facets_across_cuts
-from fsm.builders.patterns.facets import facet_frames
+from fsm.builders.patterns.cuts import facet_frames, facets_across_cuts
 from fsm.builders.patterns.of_sheet import pattern_of
+from fsm.builders.sheet.flexible_sheet import contact_of_nodes
 from fsm.builders.sheet.sheet import sheet_place, vertex_springs
-from fsm.builders.sheet.sheet_contact import contact_of_nodes
-from fsm.builders.sheet.sheet_folding import Folds, facet_damping
 from fsm.builders.sheet.sheet_gas import with_gas
-from fsm.builders.sheet.sheet_joints import sheet_joints
+from fsm.builders.sheet.sheet_joints import Folds, facet_damping, sheet_joints
 from fsm.builders.sheet.sheet_loads import placed_loads, vertex_name
 from fsm.builders.sheet.sheet_supports import check_supports
 from fsm.case.models.case import Case

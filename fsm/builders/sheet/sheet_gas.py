@@ -16,8 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from fsm.builders.patterns.chamber import SheetSurface, chamber_of
-from fsm.builders.patterns.cuts import facets_across_cuts
-from fsm.builders.patterns.facets import FacetFrames
+from fsm.builders.patterns.cuts import FacetFrames, facets_across_cuts
 from fsm.builders.sheet.sheet_joints import sheet_joints
 from fsm.case.models.case import Case
 from fsm.case.models.chambers import Chamber, Lid, PanelSurface

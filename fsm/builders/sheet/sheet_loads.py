@@ -7,11 +7,9 @@ from functools import cache
 
 import numpy as np
 
-from fsm.builders.patterns.facets import FacetFrames, facet_frames
-from fsm.builders.patterns.flexible_mesh import flexible_mesh
+from fsm.builders.patterns.cuts import FacetFrames, facet_frames
 from fsm.builders.patterns.mesh_places import MeshPlace, mesh_place
-from fsm.builders.patterns.of_sheet import pattern_of
-from fsm.builders.patterns.places import Place, facets_named, place_of
+from fsm.builders.patterns.of_sheet import Place, facets_named, flexible_mesh, pattern_of, place_of
 from fsm.case.models.case import Case
 from fsm.case.models.facet_mesh import FacetMesh, MeshPoint
 from fsm.case.models.loads import PART, Load

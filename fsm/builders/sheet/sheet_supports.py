@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.builders.patterns.places import place_of
+from fsm.builders.patterns.of_sheet import place_of
 from fsm.case.models.case import Case
 from fsm.case.pattern_files.pattern import Pattern
 from fsm.errors import CaseError, Fault

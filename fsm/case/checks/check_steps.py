@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from fsm.case.checks.sections import Sections, method_faults, static_faults
-from fsm.case.models.solve import Solve
-from fsm.case.models.steps import Step
+from fsm.case.models.solve import Solve, Step
 from fsm.case.models.time_program import end_of
 from fsm.case.schema.known_names import nearest_name
 from fsm.errors import Fault

@@ -13,8 +13,7 @@ from fsm.case.loading.crease_data import read_crease_data
 from fsm.case.models.case import root
 from fsm.case.models.coupling import OWN_COUPLINGS
 from fsm.case.models.materials import SplineCrease
-from fsm.case.models.optimise import OptimiseFile
-from fsm.case.models.study import StudyFile
+from fsm.case.models.study import OptimiseFile, StudyFile
 from fsm.case.schema.key_facts import facts_of, plain, section_of
 from fsm.case.schema.model import Model
 from fsm.case.schema.schema import Place

@@ -20,8 +20,7 @@ from fsm.case.models.obstacle import Obstacle
 from fsm.case.models.scene import Scene
 from fsm.case.models.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
 from fsm.case.models.sheet import Sheet
-from fsm.case.models.solve import Save, Solve
-from fsm.case.models.steps import Step
+from fsm.case.models.solve import Save, Solve, Step
 from fsm.case.models.wing import Wing
 from fsm.case.schema.model import Model
 from fsm.case.schema.schema import Place
@@ -145,7 +144,7 @@ class Case(Model):
 
     The model is a strip, a lattice, a sheet or a scene for a deployment, a membrane for a vibration, or a scissor array.
     With `stages` two analyses follow each other: the deployed strip is the film of the vibration. `start` is the initial
-    state of a deployment; if it is absent, `fsm.case.plan.start` chooses it. Without `step`, the steps of a deployment
+    state of a deployment; if it is absent, `fsm.case.plan.step_items` chooses it. Without `step`, the steps of a deployment
     follow from the other keys (`fsm.model.plan.plan`).
     """
 

@@ -13,16 +13,14 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypedDict, 
 from pydantic import Field, PrivateAttr
 
 from fsm.case.models.contact import Contact, Friction
-from fsm.case.models.cord import SceneCord
 from fsm.case.models.coupling import SceneCoupling
 from fsm.case.models.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, SceneSeam
 from fsm.case.models.joint import SceneJoint
-from fsm.case.models.law_keys import LawSection
+from fsm.case.models.law_keys import LawSection, PointElement
 from fsm.case.models.loads import Drive, Load
 from fsm.case.models.materials import Crease
 from fsm.case.models.obstacle import Obstacle
-from fsm.case.models.point_element import PointElement
-from fsm.case.models.spring import SceneSpring
+from fsm.case.models.spring import SceneCord, SceneSpring
 from fsm.case.models.time_program import TimeFunction
 from fsm.case.models.truss import SceneTruss
 from fsm.case.schema.model import Model, Name

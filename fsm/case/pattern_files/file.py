@@ -14,9 +14,8 @@ from xml.etree.ElementTree import Element
 
 from fsm.case.models.sheet import MOST_FACETS, Sheet
 from fsm.case.pattern_files.fold_file import read_fold
-from fsm.case.pattern_files.pattern import Pattern
+from fsm.case.pattern_files.pattern import Line, Pattern, PatternFault, Reading, counted, unit_targets
 from fsm.case.pattern_files.planar import planar_pattern
-from fsm.case.pattern_files.reading import Line, PatternFault, Reading, counted, unit_targets
 from fsm.case.pattern_files.svg_file import parsed, read_svg
 from fsm.case.pattern_files.svg_shapes import short
 from fsm.errors import Fault

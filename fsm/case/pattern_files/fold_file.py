@@ -10,9 +10,8 @@ import numpy as np
 
 from fsm.case.pattern_files import fold_frames
 from fsm.case.pattern_files.folded_frame import FLAT, NEAR, folded_pattern
-from fsm.case.pattern_files.pattern import Pattern
+from fsm.case.pattern_files.pattern import TOLERANCE, Line, Pattern, PatternFault, Reading, others
 from fsm.case.pattern_files.planar import planar_pattern
-from fsm.case.pattern_files.reading import TOLERANCE, Line, PatternFault, Reading, others
 
 
 def read_fold(text: str, scale: float | None, number: int | None = None, reading: Reading | None = None) -> Pattern:

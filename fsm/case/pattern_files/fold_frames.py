@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from fsm.case.pattern_files.pattern import ASSIGNMENTS
-from fsm.case.pattern_files.reading import PatternFault, others, unit_targets
+from fsm.case.pattern_files.pattern import ASSIGNMENTS, PatternFault, others, unit_targets
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "in": 0.0254, "pt": 0.0254 / 72.0}
 """Lengths of `frame_unit`, m; "unit" has no length."""

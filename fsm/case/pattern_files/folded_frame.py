@@ -11,9 +11,8 @@ import numpy as np
 
 from fsm.case.pattern_files.fold_frames import Edge, edges_of, faces_of, scale_of, short, size_of, vertices_of
 from fsm.case.pattern_files.mending import last_digit
-from fsm.case.pattern_files.pattern import ASSIGNMENTS, Pattern
+from fsm.case.pattern_files.pattern import ASSIGNMENTS, RANK, TOLERANCE, Pattern, PatternFault, Reading, counted
 from fsm.case.pattern_files.planar import check_size
-from fsm.case.pattern_files.reading import RANK, TOLERANCE, PatternFault, Reading, counted
 from fsm.text.shown_units import shown
 
 FLAT = 1e-6

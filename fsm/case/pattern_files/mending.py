@@ -9,8 +9,7 @@ import numpy as np
 
 from fsm.case.models.sheet import MOST_FACETS
 from fsm.case.pattern_files.crossings import crossings, points_on_lines
-from fsm.case.pattern_files.pattern import ASSIGNMENTS
-from fsm.case.pattern_files.reading import RANK, TOLERANCE, Line, PatternFault, counted, others
+from fsm.case.pattern_files.pattern import ASSIGNMENTS, RANK, TOLERANCE, Line, PatternFault, counted, others
 from fsm.text.shown_units import shown
 
 SAME = 1e-9

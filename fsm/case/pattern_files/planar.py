@@ -10,8 +10,7 @@ import numpy as np
 
 from fsm.case.pattern_files.holes import area, joining_lines, loops
 from fsm.case.pattern_files.mending import SAME, Edges, merged, tolerances, without_loose
-from fsm.case.pattern_files.pattern import ASSIGNMENTS, Pattern, edge_groups
-from fsm.case.pattern_files.reading import Line, PatternFault, Reading, counted, others
+from fsm.case.pattern_files.pattern import ASSIGNMENTS, Line, Pattern, PatternFault, Reading, counted, edge_groups, others
 from fsm.text.shown_units import shown_points
 
 _SIZES = 1e-6, 1e4

@@ -16,9 +16,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from fsm.case.pattern_files.pattern import ASSIGNMENTS, Pattern
+from fsm.case.pattern_files.pattern import ASSIGNMENTS, Line, Pattern, Reading, unit_targets
 from fsm.case.pattern_files.planar import planar_pattern
-from fsm.case.pattern_files.reading import Line, Reading, unit_targets
 from fsm.case.pattern_files.svg_shapes import Viewport, length, numbers, pieces, short, transform
 from fsm.case.pattern_files.svg_style import COLOURS, Styles, colour_of, letter_of, tag_of
 

@@ -117,7 +117,7 @@ def add_turn_stiffness(
         V in the rows from 1 on: slip velocity per rate of the bodies.
     by_turn : (m, 3, 3) array, N
         Derivative of f_c with respect to a rotation about axis j of the body.
-    dof, indptr, indices : see `fsm.model.bodies.pattern.BodyPattern`
+    dof, indptr, indices : see `fsm.model.bodies.group.BodyPattern`
     stiffness : block data, changed in place
     """
     size = gradient.shape[2]

@@ -53,7 +53,7 @@ def add_way_stiffness(
     gradient : (m, 1 + c, k size) array
         G in the rows from 1 on: slip distance per displacement of the bodies. The change of G in a step is neglected.
     by_way : (m, c, c) array df/ds, N/m
-    dof, indptr, indices : see `fsm.model.bodies.pattern.BodyPattern`
+    dof, indptr, indices : see `fsm.model.bodies.group.BodyPattern`
     stiffness : block data, changed in place
     """
     order = gradient.shape[2]

@@ -28,8 +28,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.interactions.contact.contact_frame import contact_derivatives, contact_gradient, relative_motion
-from fsm.interactions.contact.contact_tangent import add_contact_tangent
+from fsm.interactions.contact.contact_frame import (
+    add_contact_tangent,
+    contact_derivatives,
+    contact_gradient,
+    relative_motion,
+)
 from fsm.interactions.contact.shapes import BlockIndex, ContactForces, EdgePairs, Edges
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation

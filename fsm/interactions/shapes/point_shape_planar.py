@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.interactions.contact.contact_tangent import add_contact_tangent
+from fsm.interactions.contact.contact_frame import add_contact_tangent
 from fsm.interactions.contact.shapes import BlockIndex, ContactForces, Points, Shapes
 from fsm.interactions.shapes.shape_distance import shape_derivatives
 from fsm.kernels.jit import kernel

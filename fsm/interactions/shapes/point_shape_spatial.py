@@ -23,8 +23,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.interactions.contact.contact_frame import contact_derivatives, contact_gradient, relative_motion
-from fsm.interactions.contact.contact_tangent import add_contact_tangent
+from fsm.interactions.contact.contact_frame import (
+    add_contact_tangent,
+    contact_derivatives,
+    contact_gradient,
+    relative_motion,
+)
 from fsm.interactions.contact.shapes import BlockIndex, ContactForces, Points, Shapes
 from fsm.interactions.shapes.circle_point import FIXED, FLAT, LOWEST, circle_angle
 from fsm.interactions.shapes.shape_distance import shape_derivatives

@@ -257,7 +257,7 @@ def add_taper_tangent(
         Energy, elastic and total normal force of the tapered contacts at full weight.
     by_normal : (count, c) array
         df/dN of the friction of all contacts.
-    dof, indptr, indices : see `fsm.model.bodies.pattern.BodyPattern`
+    dof, indptr, indices : see `fsm.model.bodies.group.BodyPattern`
     stiffness : block data, changed in place
     """
     order = gradient.shape[2]

@@ -57,11 +57,11 @@ def turned_sides(
     corners: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray], before: np.ndarray, side: np.ndarray,
     height: np.ndarray, limit: np.ndarray, near: np.ndarray, at_end: np.ndarray,
 ) -> np.ndarray:  # fmt: skip
-    """Sides (n,) of all probes, corrected near corners; see `fsm.model.contact.surfaces.corner_sides`.
+    """Sides (n,) of all probes, corrected near corners; see `fsm.model.contact.surfaces.panel_points`.
 
     Parameters
     ----------
-    corners : arrays of `fsm.model.contact.surfaces.corner_sides.Corners`
+    corners : arrays of `fsm.model.contact.surfaces.panel_points.Corners`
     before : (n,) array
         Sides at the last step; 0 for a probe that was not over its surface.
     side : (n,) array

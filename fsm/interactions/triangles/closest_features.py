@@ -7,6 +7,8 @@ point lies inside a triangle (k = 2), on an edge (k = 1), or at a corner (k = 0)
 derivatives of |r|.
 
 Nodes: the point, then the corners of the triangle; or the ends of the first edge, then of the second.
+
+Products of the sides of triangles, without allocation.
 """
 
 from __future__ import annotations
@@ -15,9 +17,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.interactions.triangles.sides import cross_from
 from fsm.kernels.jit import kernel
 from fsm.kernels.vector import dot
+
+
+@kernel
+def cross_from(a: np.ndarray, b: np.ndarray, c: np.ndarray, out: np.ndarray) -> None:
+    """Write the vector product of the sides from a to b and from a to c into `out` (3,)."""
+    x, y, z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    u, v, w = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+    out[0] = y * w - z * v
+    out[1] = z * u - x * w
+    out[2] = x * v - y * u
+
 
 _FAR = 1.0 + 1e-9
 """Factor on a bound of the distance, so that round-off excludes no contact."""

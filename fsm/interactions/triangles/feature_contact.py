@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.interactions.contact.contact_tangent import write_contact_tangent
+from fsm.interactions.contact.contact_frame import write_contact_tangent
 from fsm.interactions.contact.shapes import BlockIndex, ContactForces
 from fsm.interactions.triangles.closest_features import Found
 from fsm.kernels.jit import kernel

@@ -14,8 +14,7 @@ from fsm.kernels.pieces import program_at
 from fsm.kernels.pointers import call_at
 from fsm.kernels.records import replaced
 from fsm.model.bodies import arrays as at
-from fsm.model.bodies.array_energies import part_before_event
-from fsm.model.bodies.array_forces import factors_of, place, sum_forces, sum_tangents
+from fsm.model.bodies.array_forces import factors_of, part_before_event, place, sum_forces, sum_tangents
 from fsm.model.bodies.array_locked import largest_multiplier, lock, swap_multipliers
 from fsm.model.bodies.array_pivots import negative_of_last, negative_of_symmetric
 from fsm.model.bodies.array_statics import STATICS, per_second_of, place_mean, take_up

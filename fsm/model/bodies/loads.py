@@ -13,9 +13,8 @@ from fsm.interactions.applied import add_applied, add_applied_stiffness, applied
 from fsm.kernels.body_poses import pose_difference
 from fsm.kernels.programs import Program
 from fsm.kernels.rotation import rotation_matrix
-from fsm.model.bodies.group import BlockSums, BodyState, Group
-from fsm.model.bodies.pattern import BodyPattern
-from fsm.model.bodies.time_function import time_function
+from fsm.model.bodies.drive import time_function
+from fsm.model.bodies.group import BlockSums, BodyPattern, BodyState, Group
 from fsm.text.load_names import MOMENT, force_name
 
 

@@ -20,10 +20,9 @@ from fsm.kernels.rotation import multiply, rotation_matrix
 from fsm.laws.crease import CreaseLaws, MomentCurve, join_curves
 from fsm.laws.crease_sliders import new_sliders
 from fsm.model.bodies.configuration import Bodies, BodyLine
-from fsm.model.bodies.drive import Axis, PrescribedMotion, program_of, unit
+from fsm.model.bodies.drive import Axis, PrescribedMotion, program_of, time_function, unit
 from fsm.model.bodies.group import Group, GroupSteps
 from fsm.model.bodies.loads import GravityGroup, LoadGroup, applied
-from fsm.model.bodies.time_function import time_function
 from fsm.model.compile.compile_contacts import Compiled, compile_contacts
 from fsm.model.compile.compile_couplings import coupling_groups
 from fsm.model.compile.compile_joint_forces import cord_groups, joint_forces
@@ -37,11 +36,10 @@ from fsm.model.elements.element_group import ElementGroup
 from fsm.model.elements.elements import BushingGroup
 from fsm.model.elements.events import EventGroup
 from fsm.model.elements.hysteresis import HysteresisGroup
-from fsm.model.elements.law_elements import LawGroup
+from fsm.model.elements.law_elements import LawGroup, PointGroup
 from fsm.model.elements.ligaments import LigamentGroup
 from fsm.model.elements.locked_couplings import LockedCouplings
 from fsm.model.elements.locked_inertia import set_inertia
-from fsm.model.elements.point_elements import PointGroup
 from fsm.model.faults.check_scene import check_scene
 from fsm.model.plan.in_python import InPython, parts_in_python
 from fsm.model.system.system import SegmentSystem

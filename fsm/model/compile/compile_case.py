@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from fsm.builders.scene import build_scene
-from fsm.case.derived.contact_sides import contact_sides
+from fsm.case.derived.contact_points import contact_sides
 from fsm.case.derived.frame_bodies import frame_faults
 from fsm.case.derived.planar import out_of_plane
 from fsm.case.models.case import Case

@@ -8,8 +8,7 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from fsm.case.derived.contact_points import contact_points
-from fsm.case.derived.contact_sides import pairs_by_geometry
+from fsm.case.derived.contact_points import contact_points, pairs_by_geometry
 from fsm.case.models.contact import Contact, Friction
 from fsm.case.models.scene import Body, Scene
 from fsm.laws.friction import FRICTION_LAWS as BUILT_IN

@@ -9,7 +9,6 @@ from itertools import pairwise
 import numpy as np
 
 from fsm.case.derived.rebound import rebound
-from fsm.case.models.cord import SceneCord
 from fsm.case.models.joint import SceneJoint
 from fsm.case.models.joint_action import (
     LEAST_RATE,
@@ -23,12 +22,12 @@ from fsm.case.models.joint_action import (
 )
 from fsm.case.models.joint_motor import Motor
 from fsm.case.models.materials import Crease, LinearCrease
-from fsm.case.models.spring import ONLY, SceneSpring
+from fsm.case.models.spring import ONLY, SceneCord, SceneSpring
 from fsm.interactions.openings import ALONG, CONSTANTS, LENGTH
 from fsm.kernels.programs import Program
 from fsm.kernels.rotation import rotation_matrix
 from fsm.laws.crease import MomentCurve
-from fsm.model.bodies.time_function import time_function
+from fsm.model.bodies.drive import time_function
 from fsm.model.compile.compile_joints import coordinate_of, in_bodies, padded
 from fsm.model.elements import joint_laws as column
 from fsm.model.elements.cords import CordGroup

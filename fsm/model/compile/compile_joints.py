@@ -12,7 +12,7 @@ from fsm.case.models.joint import TURNING, SceneJoint
 from fsm.interactions.openings import ACROSS, ALONG, CONSTANTS, DISTANCE, SCREW, TURN
 from fsm.kernels.programs import Program
 from fsm.kernels.rotation import rotation_matrix
-from fsm.model.bodies.time_function import motor_program
+from fsm.model.bodies.drive import motor_program
 from fsm.model.elements.couplings import Joints
 from fsm.model.elements.joints import JointGroup
 

@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from fsm.case.derived.contact_points import contact_points
-from fsm.case.derived.contact_sides import ContactSide, contact_sides
+from fsm.case.derived.contact_points import ContactSide, contact_points, contact_sides
 from fsm.case.models.flexible_facets import SHEET
 from fsm.case.models.obstacle import Obstacle
 from fsm.case.models.scene import GROUND, Body, Scene

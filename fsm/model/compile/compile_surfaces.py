@@ -12,8 +12,7 @@ from fsm.case.models.scene import ContactPair, Plate
 from fsm.interactions.quadrature import gauss_lobatto
 from fsm.interactions.surfaces import end_taper
 from fsm.interactions.surfaces.surface import BARE, CAP, STRAIGHT, TIP, pieces_of
-from fsm.model.contact.surfaces.corner_sides import Corners, find_corners
-from fsm.model.contact.surfaces.panel_points import PanelPoints
+from fsm.model.contact.surfaces.panel_points import Corners, PanelPoints, find_corners
 from fsm.model.contact.surfaces.surface_contacts import Probes, SurfaceContacts, Surfaces
 from fsm.model.contact.touching import Touching
 

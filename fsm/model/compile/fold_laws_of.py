@@ -10,7 +10,7 @@ from fsm.laws.crease import CreaseLaws, join_curves, openings_of
 from fsm.laws.crease_sliders import Sliders, new_sliders
 from fsm.model.elements.crease_curves import curve_of, hysteresis_of
 from fsm.model.elements.element_angles import side_of
-from fsm.model.nodes.facets.fold_laws import FoldLaws
+from fsm.model.nodes.facets.folds import FoldLaws
 
 
 def fold_laws_of(data: FoldData) -> FoldLaws:

@@ -18,7 +18,7 @@ from fsm.kernels.keys import find_keys
 from fsm.kernels.tables import Table, as_declared, empty_arrays, with_rows
 from fsm.model.bodies import contact_arrays as row
 from fsm.model.bodies.contact_arrays import ContactArrays, GeometryKernels
-from fsm.model.bodies.pattern import BodyPattern
+from fsm.model.bodies.group import BodyPattern
 from fsm.model.contact.array_contact_state import find_slots, renew_search
 from fsm.model.contact.contact_memory import ContactDepths, ContactMemory
 from fsm.model.contact.geometry_calls import calls_of

@@ -22,8 +22,7 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import address_of, call_at, pointers
 from fsm.kernels.scatter import pair_slots
 from fsm.model.bodies.arrays import DAMPING, DOF, FORCE, GAS, PATTERN, POSES, RATES, STEP, STIFFNESS, STORED, SWAP
-from fsm.model.bodies.group import BlockSums, BodyState, Group, PreviousPoses
-from fsm.model.bodies.pattern import BodyPattern
+from fsm.model.bodies.group import BlockSums, BodyPattern, BodyState, Group, PreviousPoses
 
 _BODIES, _SLOTS, LAST, OWN = range(4)
 """Rows of the table of a group."""

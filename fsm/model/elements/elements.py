@@ -16,8 +16,7 @@ from fsm.interactions.pose_planar import measure_pose_planar
 from fsm.interactions.pose_spatial import measure_pose_spatial
 from fsm.kernels.scatter import pair_slots
 from fsm.model.bodies.arrays import SpringKernels
-from fsm.model.bodies.group import BlockSums, BodyState, Group, PreviousPoses
-from fsm.model.bodies.pattern import BodyPattern
+from fsm.model.bodies.group import BlockSums, BodyPattern, BodyState, Group, PreviousPoses
 from fsm.model.elements.spring_locks import SpringLocks
 
 Kernel = Callable[..., Any]

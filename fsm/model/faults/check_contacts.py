@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping
 
-from fsm.case.derived.contact_points import sheet_parts, sheet_spacing
-from fsm.case.derived.contact_sides import ContactSide, contact_sides
+from fsm.case.derived.contact_points import ContactSide, contact_sides, sheet_parts, sheet_spacing
 from fsm.case.derived.frame_bodies import norm_faults
 from fsm.case.models.flexible_facets import SHEET
 from fsm.case.models.scene import GROUND, Body, ContactPair, Scene

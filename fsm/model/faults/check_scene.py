@@ -11,8 +11,7 @@ from fsm.case.schema.known_names import nearest_name
 from fsm.errors import Fault
 from fsm.model.elements.element_angles import angle_faults
 from fsm.model.faults.check_contacts import contact_faults
-from fsm.model.faults.check_couplings import coupling_faults
-from fsm.model.faults.check_joints import joint_faults
+from fsm.model.faults.check_joints import coupling_faults, joint_faults
 
 
 def check_scene(scene: Scene) -> list[Fault]:

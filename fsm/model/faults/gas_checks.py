@@ -9,7 +9,7 @@ import numpy as np
 from fsm.case.models.case import Case
 from fsm.case.models.scene import Scene
 from fsm.errors import Fault
-from fsm.model.bodies.time_function import time_function
+from fsm.model.bodies.drive import time_function
 from fsm.model.plan.planned import Plan
 from fsm.text.shown_units import shown
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fsm.builders.scene import build_scene
-from fsm.case.derived.contact_sides import contact_sides
+from fsm.case.derived.contact_points import contact_sides
 from fsm.case.derived.frame_bodies import quaternion_matrix
 from fsm.case.models.case import Case
 from fsm.case.models.flexible import SceneFilm

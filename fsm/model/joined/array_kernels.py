@@ -9,10 +9,10 @@ import numpy as np
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d
 from fsm.kernels.block_equations import FAILED, stiffness_times
 from fsm.kernels.block_lu import multiply_blocks
-from fsm.kernels.block_sum import effective_stiffness
 from fsm.kernels.body_poses import increment_blocks
 from fsm.kernels.jit import kernel
-from fsm.model.bodies.array_energies import (
+from fsm.kernels.scatter import effective_stiffness
+from fsm.model.bodies.array_forces import (
     accept_elements,
     accepted_part,
     part_before_event,

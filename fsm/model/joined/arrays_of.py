@@ -12,15 +12,14 @@ from fsm.kernels.addresses import address_table
 from fsm.kernels.block_equations import NO_LOW_RANK
 from fsm.kernels.blocks import Elimination
 from fsm.model.bodies.arrays import Arrays, flat_arrays
-from fsm.model.bodies.pattern import BodyPattern
+from fsm.model.bodies.group import BodyPattern
 from fsm.model.elements.element_group import ElementArrays
 from fsm.model.joined.arrays import FrameArrays, Joined, JoinedArrays
 from fsm.model.joined.condense import JoinedPattern
 from fsm.model.joined.configuration import JoinedConfiguration
 from fsm.model.nodes.arrays import FACTORS, MATRIX
 from fsm.model.nodes.system.arrays_of import Matrices, coordinates_of
-from fsm.model.system.arrays_of import segments_of
-from fsm.model.system.contact_arrays_of import ContactModel
+from fsm.model.system.arrays_of import ContactModel, segments_of
 
 
 class JoinedModel(NamedTuple):

@@ -20,11 +20,11 @@ import numpy as np
 
 from fsm.case.models.gas import OUTSIDE, Gas, Orifice
 from fsm.kernels.addresses import floats_1d, floats_2d, integers_2d
-from fsm.kernels.dense import solve_dense
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import pieces_at, program_at
 from fsm.kernels.programs import Pieces, Program, table_of
-from fsm.model.bodies.time_function import time_function
+from fsm.kernels.small_blocks import solve_dense
+from fsm.model.bodies.drive import time_function
 
 _STAGE = 1.0 - math.sqrt(0.5)
 _LAMINAR = 0.999

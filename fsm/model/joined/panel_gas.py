@@ -15,8 +15,7 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.scatter import find_slot
 from fsm.model.bodies.arrays import DOF, FORCE, GAS, INTERVAL, POSES, RATES, STIFFNESS, STORED, pattern_of
-from fsm.model.bodies.group import BodyState
-from fsm.model.bodies.pattern import body_pattern
+from fsm.model.bodies.group import BodyState, body_pattern
 from fsm.model.elements.element_group import OWN, ElementGroup, ElementKernels, bodies_of, nothing
 from fsm.model.joined import chambers as gas_in
 from fsm.model.joined.chambers import Chambers

@@ -10,7 +10,7 @@ import numpy as np
 from fsm.kernels.addresses import address_table
 from fsm.kernels.blocks import BlockPattern
 from fsm.model.bodies.arrays import Arrays
-from fsm.model.bodies.pattern import BodyPattern
+from fsm.model.bodies.group import BodyPattern
 from fsm.model.elements.element_group import ElementArrays
 from fsm.model.joined.array_path import PATH
 from fsm.model.nodes.arrays import FACTORS, KINDS_OF_ENERGY, MATRIX
@@ -22,7 +22,7 @@ from fsm.solve.stepping.quasi_static import StaticModel
 if TYPE_CHECKING:
     from fsm.model.joined.arrays_of import JoinedModel
     from fsm.model.joined.configuration import JoinedConfiguration
-    from fsm.model.system.contact_arrays_of import ContactModel
+    from fsm.model.system.arrays_of import ContactModel
 
     ModelOf = Callable[[BodyPattern, np.ndarray, Ready, ContactModel], tuple[JoinedModel, BlockPattern]]
 

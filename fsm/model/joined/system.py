@@ -15,31 +15,28 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import sparse
 
-from fsm.builders.patterns.places import facets_named
+from fsm.builders.patterns.of_sheet import facets_named
 from fsm.case.models.loads import Load
 from fsm.kernels.block_lu import fill_in
 from fsm.kernels.blocks import BlockMatrix, BlockPattern, Elimination, LowRank
 from fsm.kernels.body_poses import increment_blocks, pose_difference
 from fsm.kernels.minimum_degree import few_by_minimum_degree
 from fsm.model.bodies.configuration import Bodies
-from fsm.model.bodies.drive import PrescribedMotion
-from fsm.model.bodies.group import BlockSums, Group
-from fsm.model.bodies.pattern import BodyPattern
-from fsm.model.bodies.time_function import time_function
+from fsm.model.bodies.drive import PrescribedMotion, time_function
+from fsm.model.bodies.group import BlockSums, BodyPattern, Group
 from fsm.model.joined.condense import JoinedPattern, add_condensed, add_curvatures, fold_forces, joined_pattern
 from fsm.model.joined.configuration import JoinedConfiguration, Nodes
 from fsm.model.nodes.assembly import slots_of
 from fsm.model.nodes.facets.facet_group import FacetGroup
 from fsm.model.nodes.facets.pressure import PressedFaces, PressureGroup
-from fsm.model.nodes.group import ElementGroup
-from fsm.model.nodes.matrices import mass_data, set_held
+from fsm.model.nodes.group import ElementGroup, mass_data, set_held
 from fsm.solve.interface.records import Energy, Linearised, LockedSprings, Observation, PreviousState, Ready
 from fsm.solve.stepping.model import ArrayModel
 from fsm.text.load_names import PRESSURE
 
 if TYPE_CHECKING:
     from fsm.model.joined.arrays_of import JoinedModel
-    from fsm.model.system.contact_arrays_of import ContactModel
+    from fsm.model.system.arrays_of import ContactModel
     from fsm.model.system.static_arrays import StaticSegments
 
 _OF_GAS = 0.01
@@ -145,7 +142,7 @@ class JoinedSystem(JoinedConfiguration):
     @cached_property
     def _locked_model(self) -> JoinedModel:
         """Model with the locked directions alone, of the types of the whole model; the groups share their multipliers."""
-        from fsm.model.system.contact_arrays_of import ContactModel  # imports the kernels of all steps
+        from fsm.model.system.arrays_of import ContactModel  # imports the kernels of all steps
 
         alone = self.variant(self.bodies, self.motions, self.locking)
         pattern = alone._first_pattern()

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from fsm.case.models.scene import ForceElement, Scene
 from fsm.registry import CONTACT_LAWS, FRICTION_LAWS
-from fsm.text.report_text import count
+from fsm.text.shown_units import count
 
 _MARCHING = ("generalized-alpha", "newmark", "mean-force", "explicit")
 """Methods for motions whose steps a kernel can compute."""

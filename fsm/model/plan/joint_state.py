@@ -18,8 +18,7 @@ from fsm.case.models.joint import SceneJoint
 from fsm.case.models.scene import GROUND, Scene
 from fsm.errors import Fault
 from fsm.kernels.programs import Program
-from fsm.model.bodies.drive import program_of, unit
-from fsm.model.bodies.time_function import motor_program
+from fsm.model.bodies.drive import motor_program, program_of, unit
 from fsm.text.shown_units import shown
 
 REPEATS = 1e-9

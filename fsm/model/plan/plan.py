@@ -15,20 +15,17 @@ from fsm.case.checks.check_steps import step_names
 from fsm.case.models.case import Case
 from fsm.case.models.loads import Drive, Load
 from fsm.case.models.scene import Body, Scene
-from fsm.case.models.solve import Solve
-from fsm.case.models.steps import Kind, Step
+from fsm.case.models.solve import Kind, Solve, Step
 from fsm.case.models.time_program import Constant, Ramp, Table, TimeFunction, end_of, shifted
 from fsm.case.plan.method_selection import STATICS, automatic_method, dynamic_method, solve_of
-from fsm.case.plan.start import start_of
-from fsm.case.plan.step_items import DrivePart, drive_parts, loads_of
+from fsm.case.plan.step_items import DrivePart, drive_parts, loads_of, start_of
 from fsm.case.schema.known_names import nearest_name
 from fsm.errors import CaseError, Fault
-from fsm.model.bodies.drive import Travel, parts, program_of
-from fsm.model.bodies.time_function import time_function
+from fsm.model.bodies.drive import Travel, parts, program_of, time_function
 from fsm.model.plan.in_python import parts_in_python
 from fsm.model.plan.joint_state import JointsAtStart
-from fsm.model.plan.method_faults import method_faults
 from fsm.model.plan.motion_method import MotionMethod
+from fsm.model.plan.plan_warnings import method_faults
 from fsm.model.plan.planned import Plan, PlannedStep
 
 ALL = "all"

@@ -15,7 +15,6 @@ import numpy as np
 
 from fsm.interactions.driven import Driven
 from fsm.interactions.joint_tree import JointTree
-from fsm.kernels.block_sum import multiply_block_diagonal
 from fsm.kernels.blocks import BlockMatrix, BlockPattern, LowRank
 from fsm.kernels.body_poses import gather_free
 from fsm.kernels.newton_euler import (
@@ -24,11 +23,11 @@ from fsm.kernels.newton_euler import (
     gyroscopic_damping,
 )
 from fsm.kernels.programs import table_of
+from fsm.kernels.scatter import multiply_block_diagonal
 from fsm.model.bodies.arrays import AGAIN, LARGEST, STEP, WORK
 from fsm.model.bodies.configuration import Bodies, Configuration
 from fsm.model.bodies.drive import PrescribedMotion
-from fsm.model.bodies.group import BlockSums, BodyState, Group, GroupSteps, PreviousPoses
-from fsm.model.bodies.pattern import BodyPattern, body_pattern
+from fsm.model.bodies.group import BlockSums, BodyPattern, BodyState, Group, GroupSteps, PreviousPoses, body_pattern
 from fsm.model.contact.contact_memory import ContactDepths
 from fsm.model.contact.contact_set import ContactSet
 from fsm.model.contact.contacts import ContactGroup

@@ -13,12 +13,10 @@ from fsm.kernels.blocks import BlockMatrix, BlockPattern
 from fsm.kernels.pointers import enter
 from fsm.model.bodies.array_path import PATH
 from fsm.model.bodies.arrays import FACTORS, Arrays
-from fsm.model.bodies.group import BodyState, PreviousPoses
-from fsm.model.bodies.pattern import BodyPattern
+from fsm.model.bodies.group import BodyPattern, BodyState, PreviousPoses
 from fsm.model.elements.element_group import ElementArrays, ElementGroup
 from fsm.model.elements.elements import BushingGroup
-from fsm.model.system.arrays_of import change_pattern, segments_of
-from fsm.model.system.contact_arrays_of import ContactModel
+from fsm.model.system.arrays_of import ContactModel, change_pattern, segments_of
 from fsm.solve.interface.records import DriveState, Energy, Observation, PairState, PreviousState, Ready, mapped
 from fsm.solve.stepping import path_state as row
 from fsm.solve.stepping.path_arrays import begin_step

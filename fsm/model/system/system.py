@@ -23,8 +23,7 @@ from fsm.kernels.newton_euler import (
 from fsm.kernels.pointers import enter
 from fsm.model.bodies.configuration import Bodies
 from fsm.model.bodies.drive import PrescribedMotion
-from fsm.model.bodies.group import BodyState, Group
-from fsm.model.bodies.pattern import BodyPattern
+from fsm.model.bodies.group import BodyPattern, BodyState, Group
 from fsm.model.contact.contacts import ContactGroup
 from fsm.model.contact.shapes.shape_contacts import ShapeContacts
 from fsm.model.elements.element_group import ElementGroup
@@ -37,7 +36,7 @@ from fsm.solve.stepping.model import ArrayModel
 if TYPE_CHECKING:
     from fsm.model.bodies.arrays import Arrays, Segments
     from fsm.model.elements.element_group import ElementArrays
-    from fsm.model.system.contact_arrays_of import ContactModel
+    from fsm.model.system.arrays_of import ContactModel
     from fsm.model.system.static_arrays import StaticSegments
 
 
@@ -246,7 +245,7 @@ class SegmentSystem(SegmentForces):
             return None
         contacts = self._contact_model
         if self._array_model is None:
-            from fsm.model.system.contact_arrays_of import ContactModel  # imports the kernels of all steps
+            from fsm.model.system.arrays_of import ContactModel  # imports the kernels of all steps
 
             pattern = self._first_pattern()
             pairs = len(self.pair_names)

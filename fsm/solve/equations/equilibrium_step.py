@@ -17,9 +17,9 @@ from enum import Enum
 import numpy as np
 
 from fsm.errors import NotConverged
-from fsm.kernels.block_sum import effective_stiffness
 from fsm.kernels.blocks import BlockMatrix
 from fsm.kernels.pointers import enter
+from fsm.kernels.scatter import effective_stiffness
 from fsm.solve.equations.linear import LinearSolver
 from fsm.solve.interface.records import Depths, Linearised, PreviousState
 from fsm.solve.interface.system import StaticArrays, System

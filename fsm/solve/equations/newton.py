@@ -1,9 +1,12 @@
-"""Static equilibrium h(t, q, 0) = 0 by Newton's method with the exact tangent and load stepping."""
+"""Static equilibrium h(t, q, 0) = 0 by Newton's method with the exact tangent and load stepping.
+
+Penalties of locked directions in equilibria and in motions.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 
 import numpy as np
 
@@ -11,10 +14,20 @@ from fsm.errors import NotConverged
 from fsm.kernels.blocks import BlockMatrix
 from fsm.kernels.pointers import enter
 from fsm.kernels.vector import largest_ratio
-from fsm.solve.equations.at_rest import at_rest
 from fsm.solve.equations.linear import LinearSolver
 from fsm.solve.interface.system import System
 from fsm.solve.stepping.equilibrium import RestCalls, RestModel, find, follow_arrays, predicted
+
+
+@contextmanager
+def at_rest(system: System, still: bool = True) -> Iterator[None]:
+    """Use the penalties of equilibria, or with `still` false those of motions, for a while."""
+    before = system.hold_still(still)
+    try:
+        yield
+    finally:
+        system.hold_still(before)
+
 
 _SAME = 1e-9
 """Distance to an equilibrium, over the size of a segment or a radian, below which a state is this equilibrium."""

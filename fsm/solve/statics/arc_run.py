@@ -14,8 +14,7 @@ import numpy as np
 from fsm.errors import NotConverged
 from fsm.solve.equations.newton import equilibrium, held_still
 from fsm.solve.interface.records import Observation
-from fsm.solve.outcome.energy_balance import EnergyBalance
-from fsm.solve.outcome.load_work import load_work
+from fsm.solve.outcome.energy_balance import EnergyBalance, load_work
 from fsm.solve.outcome.run_io import CurvePoint, SavedState, Statistics
 from fsm.solve.statics.arc_length import ArcSettings, PathPoint, trace
 

@@ -9,9 +9,7 @@ import numpy as np
 
 from fsm.solve.interface.records import DriveState, Observation, PreviousState, as_rows, mapped, row_of
 from fsm.solve.interface.system import System
-from fsm.solve.outcome.dissipation import mean_dissipation
-from fsm.solve.outcome.energy_balance import EnergyBalance
-from fsm.solve.outcome.load_work import load_work
+from fsm.solve.outcome.energy_balance import EnergyBalance, load_work, mean_dissipation
 from fsm.solve.outcome.restart_points import State, observation_from, observation_state
 from fsm.solve.outcome.run_io import (
     AcceptedStep,

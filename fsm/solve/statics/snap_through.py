@@ -11,9 +11,8 @@ from fsm.errors import NotConverged
 from fsm.kernels.block_lu import multiply_blocks
 from fsm.kernels.blocks import BlockMatrix
 from fsm.kernels.vector import mean_ratio
-from fsm.solve.equations.at_rest import at_rest
 from fsm.solve.equations.linear import LinearSolver
-from fsm.solve.equations.newton import negative_pivots
+from fsm.solve.equations.newton import at_rest, negative_pivots
 from fsm.solve.interface.system import System
 from fsm.solve.outcome.status import Outcome, StepFailed
 from fsm.solve.settings import PathSettings

@@ -21,8 +21,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from fsm.errors import NotConverged
-from fsm.solve.equations.at_rest import at_rest
-from fsm.solve.equations.newton import equilibrium, negative_pivots
+from fsm.solve.equations.newton import at_rest, equilibrium, negative_pivots
 from fsm.solve.interface.system import System
 from fsm.solve.outcome.energy_balance import EnergyBalance
 from fsm.solve.outcome.run_io import AcceptedStep, CurvePoint, InitialState, OutputRequest, SavedState, Statistics

@@ -21,7 +21,7 @@ import numpy as np
 from fsm.kernels.addresses import floats_1d
 from fsm.kernels.jit import kernel, shared
 from fsm.kernels.pointers import borrowed
-from fsm.kernels.pose_rates import increments_of_rates, pose_rates, with_unit_quaternions
+from fsm.kernels.rotation import increments_of_rates, pose_rates, with_unit_quaternions
 from fsm.kernels.vector import mean_ratio
 from fsm.solve.stepping import generalized_alpha as alpha
 from fsm.solve.stepping import model as calls

@@ -8,7 +8,7 @@ import numpy as np
 
 from fsm.kernels.jit import kernel, shared
 from fsm.kernels.pointers import borrowed
-from fsm.kernels.pose_rates import increments_of_rates, pose_rates, with_unit_quaternions
+from fsm.kernels.rotation import increments_of_rates, pose_rates, with_unit_quaternions
 from fsm.solve.stepping.model import consistent, factorise_mass, force, solve
 from fsm.solve.stepping.outcomes import NO_SOLUTION, STEPPED
 from fsm.solve.stepping.vectors import copy_into

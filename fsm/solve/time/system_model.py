@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from fsm.errors import NotConverged
-from fsm.kernels.block_sum import effective_stiffness
 from fsm.kernels.blocks import BlockMatrix, BlockPattern
+from fsm.kernels.scatter import effective_stiffness
 from fsm.solve.equations.linear import LinearSolver
 from fsm.solve.interface.records import Linearised, Observation, PreviousState
 from fsm.solve.interface.system import System
-from fsm.solve.outcome.dissipation import mean_dissipation
+from fsm.solve.outcome.energy_balance import mean_dissipation
 from fsm.solve.stepping.model import CREASES, DRIVES, KINETIC, PANELS, STEADY
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fsm.analyses.sheet_motion import sheet_of, vertices_of
-from fsm.builders.patterns.flexible_mesh import mesh_as_pattern
+from fsm.builders.patterns.of_sheet import mesh_as_pattern
 from fsm.case.pattern_files.pattern import Pattern
 from fsm.results.film import Floats
 from fsm.results.solution import Solution

@@ -13,7 +13,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from fsm.builders.patterns.flexible_mesh import mesh_of_result
+from fsm.builders.patterns.of_sheet import mesh_of_result
 from fsm.errors import CaseError
 from fsm.results.film import Integers
 from fsm.results.solution import BEAM, FILM, JOINT_AXIS, LINE, LINK, Solution

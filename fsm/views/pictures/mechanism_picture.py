@@ -20,9 +20,8 @@ from fsm.case.models.scene import GROUND, Scene
 from fsm.errors import CaseError
 from fsm.text.shown_units import shown_unit
 from fsm.views.plots.drawing import FORMATS, line_width
-from fsm.views.plots.legend import add_legend_across
 from fsm.views.plots.space import arrange_in_space, draw_axes, height_in_space
-from fsm.views.plots.style import COLOURS, GREY, WIDE, figure, shortened
+from fsm.views.plots.style import COLOURS, GREY, WIDE, add_legend_across, figure, shortened
 
 _NAMED, _COLOURED = 24, 6
 """Largest number of joints with their names, and of bodies with a colour of their own."""

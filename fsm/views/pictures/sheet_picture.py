@@ -15,22 +15,18 @@ from matplotlib.patheffects import withStroke
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from fsm.builders.patterns.cuts import sides_of_cuts
-from fsm.builders.patterns.flexible_mesh import flexible_mesh
 from fsm.builders.patterns.foldability import bad_lines, bad_vertices
 from fsm.builders.patterns.mesh_places import mesh_place
-from fsm.builders.patterns.of_sheet import pattern_of
-from fsm.builders.patterns.places import Place, place_of
+from fsm.builders.patterns.of_sheet import Place, flexible_mesh, pattern_of, place_of
 from fsm.case.models.case import Case
 from fsm.case.models.sheet import Sheet
-from fsm.case.pattern_files.pattern import ASSIGNMENTS, Pattern
-from fsm.case.pattern_files.reading import PatternFault
+from fsm.case.pattern_files.pattern import ASSIGNMENTS, Pattern, PatternFault
 from fsm.case.plan.step_items import loads_of
 from fsm.errors import CaseError
 from fsm.text.shown_units import ShownUnit, shown_unit
 from fsm.views.plots.drawing import FORMATS
-from fsm.views.plots.legend import add_legend_across
 from fsm.views.plots.space import draw_axes
-from fsm.views.plots.style import WIDE, figure
+from fsm.views.plots.style import WIDE, add_legend_across, figure
 
 _CREASES: dict[str, tuple[str, str, float]] = {
     "B": ("#000000", "-", 1.2), "M": ("#D55E00", "-", 1.4), "V": ("#0072B2", "--", 1.4), "F": ("#999999", "-", 0.6),

@@ -16,8 +16,20 @@ from fsm.results.channel import select_channels
 from fsm.results.reported import ROUND_OFF, columns_of, reactions, shown_name
 from fsm.results.solution import Solution
 from fsm.views.plots.drawing import line_width, points
-from fsm.views.plots.legend import HANDLE_WIDTH, ROW_HEIGHT, name_width
-from fsm.views.plots.style import COLOURS, DASHES, GREY, WIDE, abscissa, figure, figure_unit, rounded, shortened
+from fsm.views.plots.style import (
+    COLOURS,
+    DASHES,
+    GREY,
+    HANDLE_WIDTH,
+    ROW_HEIGHT,
+    WIDE,
+    abscissa,
+    figure,
+    figure_unit,
+    name_width,
+    rounded,
+    shortened,
+)
 
 Diagrams = dict[tuple[str, str], dict[str, np.ndarray]]
 _MOST = len(COLOURS) * len(DASHES)

@@ -21,9 +21,21 @@ from fsm.results.film import Floats
 from fsm.results.quantities import CONTACT_THRESHOLD, contact_rows
 from fsm.results.solution import Solution
 from fsm.views.plots.drawing import line_width, points
-from fsm.views.plots.legend import add_legend_across
-from fsm.views.plots.marks import EVENTS, shade_stages, summary_with_stages
-from fsm.views.plots.style import COLOURS, GREY, WIDE, abscissa, drive_units, figure, figure_unit, rounded, shortened
+from fsm.views.plots.style import (
+    COLOURS,
+    EVENTS,
+    GREY,
+    WIDE,
+    abscissa,
+    add_legend_across,
+    drive_units,
+    figure,
+    figure_unit,
+    rounded,
+    shade_stages,
+    shortened,
+    summary_with_stages,
+)
 
 COLOUR_MAP = "viridis_r"
 HALF_HEIGHT, MIN_HALF_HEIGHT = 0.4, 0.07

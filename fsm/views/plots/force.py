@@ -16,8 +16,7 @@ from fsm.results.solution import Solution
 from fsm.text.shown_units import ShownUnit
 from fsm.views.plots import style as look
 from fsm.views.plots.drawing import line_width, points
-from fsm.views.plots.legend import add_legend, add_legend_across
-from fsm.views.plots.marks import EVENTS, shade_stages, summary_with_stages
+from fsm.views.plots.style import EVENTS, add_legend, add_legend_across, shade_stages, summary_with_stages
 
 Units = tuple[ShownUnit, ShownUnit]
 """Units of force and travel."""

@@ -13,8 +13,7 @@ from fsm.results.step_data import LoadPath
 from fsm.text.load_names import LoadUnits, load_units
 from fsm.text.shown_units import ShownUnit
 from fsm.views.plots.drawing import line_width, points
-from fsm.views.plots.legend import add_legend
-from fsm.views.plots.style import COLOURS, DASHES, GREY, SINGLE, WIDE, figure, figure_unit, rounded, shortened
+from fsm.views.plots.style import COLOURS, DASHES, GREY, SINGLE, WIDE, add_legend, figure, figure_unit, rounded, shortened
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -16,11 +16,10 @@ from fsm.results.film import Floats
 from fsm.results.solution import JOINT_AXIS, Solution
 from fsm.views.plots import style as look
 from fsm.views.plots.drawing import line_width, points
-from fsm.views.plots.legend import add_legend_across
-from fsm.views.plots.marks import summary_with_stages
 from fsm.views.plots.obstacles import obstacle_outlines
 from fsm.views.plots.parts import OBSTACLE, colours_of_parts, handles_of_parts, lattice_squares, panels_of, vertical_axis
 from fsm.views.plots.space import arrange_in_space, draw_in_space, height_in_space
+from fsm.views.plots.style import add_legend_across, summary_with_stages
 
 _IDLE = 1e-4
 """Largest force of a drive relative to that of another drive, below which it has no force."""

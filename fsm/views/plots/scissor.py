@@ -11,8 +11,7 @@ from matplotlib.lines import Line2D
 from fsm.results.array import ArrayMotion, Floats, asynchronism
 from fsm.results.solution import Solution
 from fsm.views.plots.drawing import line_width
-from fsm.views.plots.legend import add_legend
-from fsm.views.plots.style import COLOURS, DASHES, GREY, WIDE, figure, figure_unit
+from fsm.views.plots.style import COLOURS, DASHES, GREY, WIDE, add_legend, figure, figure_unit
 
 _CUT = 8.0
 """Range of a flexible curve, relative to the range of the rigid curve, above which the flexible curve is cut off."""

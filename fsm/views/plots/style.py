@@ -1,27 +1,38 @@
 """Common style of all figures: sizes, colours for colour-blind readers, units and rounding of labels.
 
 `fsm.views.plots.drawing` selects the style and the file format.
+
+Legends that name all curves and fit the width of the figure.
+
+Marks of stages and events, common to all figures over travel.
 """
 
 from __future__ import annotations
 
+import textwrap
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib
 import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
+from matplotlib.patches import Patch
+from matplotlib.textpath import text_to_path
 from matplotlib.ticker import LogFormatter
 from numpy.typing import ArrayLike
 
 from fsm.io.atomic_write import atomic_write
 from fsm.results.film import Floats
+from fsm.results.quantities import STAGES, bent_energy, summarise
 from fsm.results.solution import Solution
 from fsm.text.shown_units import ShownUnit, shown_unit
 from fsm.views.plots.drawing import line_width, points
@@ -212,3 +223,111 @@ def rounded(value: float) -> str:
     if 999.5 <= abs(value) < 99950.0:
         return f"{float(f'{value:.3g}'):.0f}"
     return f"{value:#.3g}".rstrip(".") if value else "0"
+
+
+HANDLE_WIDTH = 4.8
+"""Width of the line sample and the gaps of a legend entry, in font sizes."""
+ROW_HEIGHT = 1.6
+"""Height of a text line in a legend entry, in font sizes."""
+_AXIS_WIDTH = 70.0
+"""Width of the axis with its label and the margins, in points."""
+
+
+def add_legend(fig: Figure, ax: Axes) -> None:
+    """Add a legend inside the axes, beside them, or below them, depending on the room.
+
+    A legend below the axes increases the height of the figure. Long names are wrapped.
+    """
+    size = matplotlib.rcParams["legend.fontsize"]
+    room = 72.0 * fig.get_figwidth() - points(_AXIS_WIDTH)
+    handles, names = ax.get_legend_handles_labels()
+    names = [_wrapped(name, size, room - HANDLE_WIDTH * size) for name in names]
+    column = HANDLE_WIDTH * size + max(name_width(name, size) for name in names)
+    inside, beside = min(2, len(names)), 1 + (len(names) - 1) // 20
+    if len(names) <= 8 and inside * column <= room:
+        ax.set_ylim(top=ax.get_ylim()[1] + 0.04 * (len(names) + 1) * (ax.get_ylim()[1] - ax.get_ylim()[0]))
+        ax.legend(handles, names, loc="upper right", ncols=inside)
+    elif len(names) > 8 and beside * column <= 0.5 * room:
+        fig.legend(handles, names, loc="outside right upper", ncols=beside)
+    else:
+        columns = min(len(names), max(1, int(room / column)))
+        lines = sum(name.count("\n") + 1 for name in names)
+        fig.set_figheight(fig.get_figheight() + ROW_HEIGHT * size * -(-lines // columns) / 72.0)
+        fig.legend(handles, names, loc="outside lower left", ncols=columns)
+
+
+def add_legend_across(fig: Figure, handles: Sequence[Artist], side: Literal["upper", "lower"], columns: int = 3) -> None:
+    """Add a legend above or below all axes, with at most `columns` columns that fit the width of the figure.
+
+    The height of the legend is added to the figure, so the axes keep their size.
+    """
+    for ncols in range(min(columns, len(handles)), 0, -1):
+        place = {"loc": f"outside {side} center", "ncols": ncols}
+        legend = fig.legend(handles=handles, **place, columnspacing=1.2, handlelength=1.4)
+        box = legend.get_window_extent()
+        if box.width <= fig.bbox.width or ncols == 1:
+            fig.set_figheight(fig.get_figheight() + box.height / fig.dpi)
+            return
+        legend.remove()
+
+
+def _wrapped(name: str, size: float, width: float) -> str:
+    """Wrap a name into lines of at most `width` points."""
+    letters = len(name)
+    lines = [name]
+    while letters > 1 and max(name_width(line, size) for line in lines) > width:
+        letters = min(letters - 1, int(letters * width / max(name_width(line, size) for line in lines)))
+        lines = textwrap.wrap(name, max(1, letters))
+    return "\n".join(lines)
+
+
+def name_width(name: str, size: float) -> float:
+    """Width of the widest line of a name, points."""
+    font = FontProperties(size=size)
+    return max(float(text_to_path.get_text_width_height_descent(line, font, False)[0]) for line in name.split("\n"))
+
+
+EVENTS = {
+    **dict.fromkeys(("snap", "damped snap", "motion", "unstable"), ("v", "snap")),
+    "release": ("s", "release"),
+    "bifurcation": ("D", "bifurcation"),
+}
+"""Marker and name of every kind of event that figures mark; a "vibration" is not marked."""
+
+_GREY = "#7F7F7F"
+_SHADES = (0.05, 0.42, 0.2)
+"""Opacities of the stages, in the order of `STAGES`."""
+
+
+def summary_with_stages(solution: Solution) -> dict[str, Any]:
+    """Summary of a solution with a drive; computed from its curve if the stored summary has no stages."""
+    if "stages" in solution.summary:
+        return solution.summary
+    return summarise(solution.force_curve, solution.layout.pair_names, bent_energy(solution.layout.case))
+
+
+def stage_name(stage: dict[str, Any], unit: ShownUnit, first: bool = False) -> str:
+    """Name of a stage with the travel at its beginning; the `first` stage has the name alone."""
+    return str(stage["name"]) if first else f"{stage['name']} from {rounded(unit.factor * stage['travel'])} {unit.name}"
+
+
+def stage_shade(stage: dict[str, Any]) -> tuple[str, float]:
+    """Grey and opacity of a stage; neighbouring stages differ, and no curve has these greys."""
+    return _GREY, _SHADES[STAGES.index(stage["name"]) if stage["name"] in STAGES else 0]
+
+
+def shade_stages(ax: Axes, stages: Sequence[dict[str, Any]], last: float, unit: ShownUnit) -> list[Patch]:
+    """Shade the travels of several stages up to `last` in the background; return the legend entries.
+
+    `last` and the axis are in the unit of travels.
+    """
+    if len(stages) < 2:
+        return []
+    begins = [unit.factor * stage["travel"] for stage in stages]
+    patches: list[Patch] = []
+    for stage, begin, end in zip(stages, begins, [*begins[1:], last], strict=True):
+        colour, alpha = stage_shade(stage)
+        ax.axvspan(begin, max(begin, end), color=colour, alpha=alpha, linewidth=0)
+        name = stage_name(stage, unit, not patches)
+        patches.append(Patch(facecolor=(colour, alpha), edgecolor=colour, linewidth=line_width(0.4), label=name))
+    return patches

@@ -20,8 +20,7 @@ from fsm.results.solution import Solution
 from fsm.results.spectrum import spectrum
 from fsm.text.shown_units import ShownUnit
 from fsm.views.plots.drawing import line_width, points
-from fsm.views.plots.legend import add_legend_across
-from fsm.views.plots.style import COLOURS, GREY, WIDE, figure, figure_unit, label_decades, rounded
+from fsm.views.plots.style import COLOURS, GREY, WIDE, add_legend_across, figure, figure_unit, label_decades, rounded
 
 _LONG = 0.35
 """Height over width below which a film is long."""

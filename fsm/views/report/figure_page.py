@@ -10,7 +10,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from fsm.io.atomic_write import atomic_write
-from fsm.io.version import fsm_version
+from fsm.io.provenance import fsm_version
 
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"
 

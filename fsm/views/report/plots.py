@@ -13,12 +13,21 @@ from fsm.results.quantities import CONTACT_THRESHOLD, contact_rows, touching_pai
 from fsm.results.solution import Solution
 from fsm.results.spectrum import spectrum
 from fsm.text.load_names import load_units
-from fsm.text.report_text import count
+from fsm.text.shown_units import count
 from fsm.views.plots.channels import report_diagrams
 from fsm.views.plots.energy import STACK
 from fsm.views.plots.load import load_axes
-from fsm.views.plots.marks import EVENTS, stage_shade, summary_with_stages
-from fsm.views.plots.style import COLOURS, drive_units, figure_unit, rounded, shortened, travel_label
+from fsm.views.plots.style import (
+    COLOURS,
+    EVENTS,
+    drive_units,
+    figure_unit,
+    rounded,
+    shortened,
+    stage_shade,
+    summary_with_stages,
+    travel_label,
+)
 from fsm.views.report.packing import pack_doubles, pack_floats
 
 MOST_POINTS = 3000

@@ -142,7 +142,7 @@ def _creases_of_sheet(solution: Solution) -> list[Crease]:
 
 def _flexible_mesh_of(solution: Solution) -> FacetMesh | None:
     """Mesh of the flexible facets of a pattern, if the drawn facets are its triangles; plates and booms have no facets."""
-    from fsm.builders.patterns.flexible_mesh import mesh_of_result
+    from fsm.builders.patterns.of_sheet import mesh_of_result
     from fsm.case.models.sheet import SHELLS
 
     case = solution.layout.case

@@ -19,17 +19,24 @@ import numpy as np
 
 from fsm.errors import CaseError, FsmError
 from fsm.io.atomic_write import atomic_write
-from fsm.io.version import fsm_version
+from fsm.io.provenance import fsm_version
 from fsm.results.find import find_results
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
 from fsm.views.plots.parts import lattice_squares
 from fsm.views.plots.style import COLOURS, evolution
 from fsm.views.report.compare import comparison
-from fsm.views.report.fields import arrows_of, colours_of, contact_marks, joints_of
+from fsm.views.report.fields import (
+    all_channels,
+    arrows_of,
+    channel_data,
+    colours_of,
+    contact_marks,
+    joints_of,
+    owners_of_parts,
+)
 from fsm.views.report.packing import compressed, pack_doubles, pack_floats, pack_integers, safe_json
 from fsm.views.report.plots import curves_of, travel_scale
-from fsm.views.report.quantities import all_channels, channel_data, owners_of_parts
 from fsm.views.report.shapes import creases_of, parts_of, shown_shapes
 from fsm.views.report.tables import sections_of
 

@@ -18,7 +18,7 @@ from pydantic import Field
 from fsm.case.schema.model import Model
 from fsm.case.schema.units import Length, Number
 from fsm.errors import CaseError, Fault
-from fsm.interactions.contact.contact_tangent import add_contact_tangent
+from fsm.interactions.contact.contact_frame import add_contact_tangent
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.tables import Floats1, Floats2, Floats3, Integers2, follows

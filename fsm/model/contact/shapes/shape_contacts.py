@@ -14,13 +14,18 @@ from fsm.interactions.shapes.face_weights import ROW
 from fsm.interactions.shapes.face_weights import SHARE as SHARES
 from fsm.interactions.shapes.point_shape_planar import local_points_planar
 from fsm.interactions.shapes.point_shape_spatial import local_points_spatial
-from fsm.interactions.shapes.shape_boxes import shape_boxes_planar, shape_boxes_spatial
-from fsm.interactions.shapes.shape_distance import HALF_SPACE, POLYGON, points_within
+from fsm.interactions.shapes.shape_distance import (
+    HALF_SPACE,
+    POLYGON,
+    points_within,
+    shape_boxes_planar,
+    shape_boxes_spatial,
+)
 from fsm.interactions.shapes.swept import turn_between
 from fsm.kernels.keys import find_keys
 from fsm.kernels.tables import empty_arrays
 from fsm.model.bodies.contact_arrays import CHANGES, REFERRED, RENEWAL, STARTED
-from fsm.model.bodies.pattern import BodyPattern
+from fsm.model.bodies.group import BodyPattern
 from fsm.model.contact.contact_table import ContactTable
 from fsm.model.contact.shapes.array_shape_tables import UNITS_NEAR, ShapeArrays
 from fsm.model.contact.shapes.array_shapes import PLANAR_SHAPES, SPATIAL_SHAPES

@@ -18,7 +18,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.model.bodies.contact_arrays import FOUND, REFERRED, ContactArrays
-from fsm.model.bodies.pattern import BodyPattern
+from fsm.model.bodies.group import BodyPattern
 from fsm.model.contact.contact_memory import ContactMemory
 from fsm.model.contact.contact_table import ContactTable
 from fsm.model.contact.sheets import sheet_tables

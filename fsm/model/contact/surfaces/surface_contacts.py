@@ -12,7 +12,7 @@ from fsm.kernels.tables import empty_arrays
 from fsm.model.bodies.contact_arrays import RENEWAL
 from fsm.model.contact.contact_table import ContactTable
 from fsm.model.contact.surfaces.array_surfaces import HEIGHTS, PLANAR_SURFACES, SPATIAL_SURFACES, TAPERS, SurfaceArrays
-from fsm.model.contact.surfaces.corner_sides import Corners
+from fsm.model.contact.surfaces.panel_points import Corners
 
 _AHEAD, _NEAR = 3, 0.25
 """Number of further pieces, beyond the near ones, that a pattern couples with a probe, and gap over the margin up to which
@@ -93,7 +93,7 @@ class SurfaceContacts(ContactTable):
     surface has moved by a part of the margin. The contacts do not depend on the time of the renewal.
 
     A probe over a surface keeps its side at any depth, unless it slides round the tip. A probe that passes over the end of a
-    surface takes its present side; `fsm.model.contact.surfaces.corner_sides` treats corners of joined panels. A pair has
+    surface takes its present side; `fsm.model.contact.surfaces.panel_points` treats corners of joined panels. A pair has
     passed through if a probe is deeper than its limit, or on the other side without contact. A depth larger than the
     possible motion since the last accepted state does not count: on a surface bent to a loop, the nearest piece may change
     from one side of a distant probe to the other.

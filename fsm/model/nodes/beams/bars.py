@@ -6,6 +6,13 @@ vector r_y, which transmits the moment. The bar has a separate r_x on each side 
 jump of axial and shear forces. The second half may be at an angle to the first. The section vectors of the second half are
 then stored rotated back by this angle, so both halves share r_y. A cable has no section vector. A cable has one r_x at the
 middle point. The second half stores it rotated back, as other bars do with r_y.
+
+Numbering of an array end to end: the specification matrix method of Peng et al. (2019), section 3, as a permutation.
+
+Each unit lists first the coordinates of its left boundary, then its inner coordinates, and last the coordinates of its right
+boundary. The right boundary of a unit is the left boundary of the next unit. B has a single 1 in each row and column, and
+maps the new order to the original one. The inverse is its transpose. In the new order the matrices of an array are
+block-banded with the width of one unit.
 """
 
 from __future__ import annotations
@@ -22,7 +29,7 @@ from fsm.model.nodes.beams.beam_bernoulli import bernoulli_rows, bernoulli_shape
 from fsm.model.nodes.beams.beam_green import green_strains
 from fsm.model.nodes.beams.beam_group import BeamGroup
 from fsm.model.nodes.beams.beam_section import section_strains
-from fsm.model.nodes.beams.beam_shape import beam_rows, beam_shape, gauss_points
+from fsm.model.nodes.beams.beam_strain import beam_rows, beam_shape, gauss_points
 
 Element = Literal["section", "green", "cable"]
 
@@ -239,3 +246,20 @@ def _over_section(count: int, length: float, height: float, width: float) -> tup
     xi, along = gauss_points(count, 0.0, 1.0)
     y, across = gauss_points(2, -0.5 * height, 0.5 * height)
     return np.repeat(xi, 2), np.tile(y, count), np.outer(length * along, width * across).ravel()
+
+
+def end_to_end(units: Sequence[Sequence[int]]) -> np.ndarray:
+    """Order of the numbers used by units, from the first unit to the last, each number once.
+
+    Numbers that a unit shares with the next unit come last; the other numbers keep the order of the lists.
+    """
+    order: list[int] = []
+    done: set[int] = set()
+    for k, unit in enumerate(units):
+        later = set(units[k + 1]) if k + 1 < len(units) else set()
+        first = [i for i in unit if i not in done and i not in later]
+        last = [i for i in unit if i not in done and i in later]
+        for i in dict.fromkeys([*first, *last]):
+            order.append(i)
+            done.add(i)
+    return np.array(order, dtype=np.int64)

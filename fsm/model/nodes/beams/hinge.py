@@ -11,10 +11,20 @@ which is positive in deployment. The moment against the turn,
 
 acts along the gradient of the angle, (p_y, -p_x)/p.p and (-q_y, q_x)/q.q. The stop of a latched hinge acts in both
 directions, K |d|^1.5 (sgn d + h d') with d = turn - limit; the energy of the spring is K |d|^2.5/2.5 in both.
+
+Latches of hinges: a hinge that has reached its stop is held there in both directions.
+
+A hinge latches at the end of a step if it is at its stop or beyond it, and the stop pushes it back. In this state the latch
+and the stop have equal moments and energies. Moment and energy do not jump, so latching does not change the energy. A
+latched hinge does not open again.
+
+The law of a hinge is a function of time. Up to and including the time of latching it is the law of the stop, and after that
+time the law of the latch. Earlier states are thus evaluated with the law that was valid at their time.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -269,3 +279,40 @@ class HingeGroup(ElementGroup):
     def turns(self, q: np.ndarray) -> np.ndarray:
         """Turn of every hinge, (m,), rad."""
         return np.asarray(_turns(self.vectors, self.initial, self.sign, q))
+
+
+class Latches:
+    """Latches of all hinges with an end stop.
+
+    Parameters
+    ----------
+    hinges : HingeGroup
+        Hinges; their `times` are updated.
+    names : names of the hinges
+
+    Attributes
+    ----------
+    times : (m,) array, s
+        Time at which each hinge latched; inf if it has not.
+    """
+
+    def __init__(self, hinges: HingeGroup, names: tuple[str, ...]) -> None:
+        self.hinges, self.names, self.times = hinges, names, hinges.times
+
+    def commit(self, t: float, q: np.ndarray, u: np.ndarray) -> None:
+        """Latch the hinges that are at their stops after an accepted step."""
+        latch(self.hinges.arrays, t, q, u)
+
+    def restore(self, times: np.ndarray) -> None:
+        """Restore the times of latching; an empty array means that no hinge has latched."""
+        self.times[:] = times if len(times) else math.inf
+
+    def events(self) -> list[tuple[str, float]]:
+        """Name and time (s) of every latched hinge, in order of time."""
+        latched = np.flatnonzero(np.isfinite(self.times))
+        return [(self.names[k], float(self.times[k])) for k in latched[np.argsort(self.times[latched], kind="stable")]]
+
+    def open(self) -> list[str]:
+        """Names of the hinges that have a stop and have not latched."""
+        waiting = self.hinges.stopped & np.isinf(self.times)
+        return [self.names[k] for k in np.flatnonzero(waiting)]

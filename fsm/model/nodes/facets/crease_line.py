@@ -11,8 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.laws.crease import CreaseLaws
-from fsm.model.nodes.facets.fold_laws import FoldLaws
-from fsm.model.nodes.facets.folds import FoldGroup
+from fsm.model.nodes.facets.folds import FoldGroup, FoldLaws
 
 
 def crease_line(

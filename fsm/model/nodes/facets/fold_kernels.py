@@ -1,7 +1,7 @@
 """Kernels of rotational springs about lines: folds, and creases of films.
 
 The vectors a and b across a line and c along it are sums of nodal vectors. The moment acts along the gradient of the
-rotation psi of `fsm.model.nodes.facets.fold_angle`. `fsm.model.nodes.facets.fold_laws` defines the law.
+rotation psi of `fsm.model.nodes.facets.fold_angle`. `fsm.model.nodes.facets.folds` defines the law.
 """
 
 from __future__ import annotations

@@ -104,7 +104,7 @@ def force(model: Coordinates, t: float, q: np.ndarray, u: np.ndarray) -> np.ndar
 
 @kernel
 def hold_rows(table: np.ndarray, diagonal: float, data: np.ndarray) -> None:
-    """Set the rows and columns of held coordinates in block data, as `fsm.model.nodes.matrices.set_held`."""
+    """Set the rows and columns of held coordinates in block data, as `fsm.model.nodes.group.set_held`."""
     flat, cleared, places = data.reshape(-1), integers_1d(table, at.CLEARED), integers_1d(table, at.DIAGONAL)
     for i in range(cleared.shape[0]):
         flat[cleared[i]] = 0.0

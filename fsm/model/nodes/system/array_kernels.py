@@ -151,7 +151,7 @@ def _solved(model: Coordinates, right: np.ndarray) -> np.ndarray:
 @kernel
 def _dissipated(model: Coordinates, t: float, q: np.ndarray, step: float) -> float:
     """Mean power of dampers since the last call; the forces are those at the middle of the step, see
-    `fsm.solve.outcome.dissipation`.
+    `fsm.solve.outcome.energy_balance`.
     """
     table = model.table
     last, last_time = floats_1d(table, at.LAST), floats_1d(table, at.LAST_TIME)

@@ -16,7 +16,7 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import Pointer
 from fsm.kernels.programs import table_of
 from fsm.model.nodes.arrays import KINDS_OF_ENERGY, Arrays, Coordinates, Moved, Rows
-from fsm.model.nodes.matrices import set_held
+from fsm.model.nodes.group import set_held
 from fsm.model.nodes.system.array_kernels import AT_REST, KERNELS
 from fsm.solve.interface.records import Ready
 from fsm.solve.stepping.equilibrium import RestModel

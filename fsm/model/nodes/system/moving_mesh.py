@@ -12,9 +12,8 @@ from scipy.sparse.linalg import splu
 
 from fsm.kernels.blocks import BlockMatrix, BlockPattern
 from fsm.model.nodes.assembly import slots_of
-from fsm.model.nodes.group import ElementGroup
+from fsm.model.nodes.group import ElementGroup, clear_held, mass_data
 from fsm.model.nodes.loading import Loading
-from fsm.model.nodes.matrices import clear_held, mass_data
 from fsm.model.nodes.mesh import Mesh
 from fsm.solve.interface.system import System
 

@@ -12,8 +12,7 @@ from fsm.model.nodes.beams.array_beams import note_stress
 from fsm.model.nodes.beams.bar_stress import bar_stresses
 from fsm.model.nodes.beams.bars import BarMaterial, BarNodes
 from fsm.model.nodes.beams.beam_group import BeamGroup
-from fsm.model.nodes.beams.hinge import HingeGroup, latch_hinges
-from fsm.model.nodes.beams.latch import Latches
+from fsm.model.nodes.beams.hinge import HingeGroup, Latches, latch_hinges
 from fsm.model.nodes.loading import Loading
 from fsm.model.nodes.mesh import Mesh
 from fsm.model.nodes.system.system import AncfSystem
@@ -26,7 +25,7 @@ _FOLLOWED = 0.1
 """Shortest step times omega of the shortest wave that the mesh resolves; the error of its amplitude is then 1e-4 a step."""
 
 _WITH_MIXED = 7
-"""Vectors of an element whose last vector is a mixed derivative r_xy, 1/m; see `fsm.model.nodes.beams.beam_shape`."""
+"""Vectors of an element whose last vector is a mixed derivative r_xy, 1/m; see `fsm.model.nodes.beams.beam_strain`."""
 
 
 class ScissorSystem(AncfSystem):

@@ -19,9 +19,8 @@ import numpy as np
 from fsm.kernels.blocks import BlockMatrix
 from fsm.model.nodes.cable import CableGroup
 from fsm.model.nodes.films.film import MembraneGroup
-from fsm.model.nodes.group import ElementGroup
+from fsm.model.nodes.group import ElementGroup, clear_held
 from fsm.model.nodes.loading import Loading
-from fsm.model.nodes.matrices import clear_held
 from fsm.model.nodes.system.array_kernels import KERNELS
 from fsm.model.nodes.system.arrays_of import Compiled
 from fsm.model.nodes.system.moving_mesh import MovingMesh
