@@ -22,7 +22,7 @@ from fsm.case.models.scissor import BarSection, HingeJoint, PointForce, PointSup
 from fsm.case.models.sheet import Sheet
 from fsm.case.models.solve import Save, Solve, Step
 from fsm.case.models.wing import Wing
-from fsm.case.schema.model import Model
+from fsm.case.schema.model import Key, Model
 from fsm.case.schema.schema import Place
 from fsm.case.schema.units import Acceleration, Angle, Count, Length, Number, Time
 
@@ -33,30 +33,25 @@ MOST_SEGMENTS = 50_000
 class Strip(Model):
     """Strip folded in a zig-zag: panels 1, 3, 5 rise, panels 2, 4, 6 fall, and crease i joins panels i and i + 1."""
 
-    length: Length = Field(gt=0, description="length of the unfolded strip")
-    width: Length = Field(gt=0, description="size along the creases")
-    thickness: Length = Field(gt=0, description="thickness of the sheet")
-    panels: Count = Field(ge=2, le=1000, description="number of panels")
-    fold_angle: Angle = Field(gt=0, lt=1.5707963267948966, description="angle of every panel with the horizontal")
-    segments_per_panel: Count = Field(
-        default=40, ge=1, le=5000, description="segments of a flexible panel; a held panel is one rigid plate"
+    length: Length = Key("length of the unfolded strip", gt=0)
+    width: Length = Key("size along the creases", gt=0)
+    thickness: Length = Key("thickness of the sheet", gt=0)
+    panels: Count = Key("number of panels", ge=2, le=1000)
+    fold_angle: Angle = Key("angle of every panel with the horizontal", gt=0, lt=1.5707963267948966)
+    segments_per_panel: Count = Key(
+        "segments of a flexible panel; a held panel is one rigid plate", default=40, ge=1, le=5000
     )
-    grading: Number = Field(
-        default=1.0, ge=0.1, le=10,
-        description="g > 1: the middle segment of a panel is g times shorter than its end segments",
+    grading: Number = Key(
+        "g > 1: the middle segment of a panel is g times shorter than its end segments", default=1.0, ge=0.1, le=10
     )
-    half_cell: bool = Field(
-        default=True,
-        description="half-cell correction: the flexibility of the half segments beside a crease is in series with it",
+    half_cell: bool = Key(
+        "half-cell correction: the flexibility of the half segments beside a crease is in series with it", default=True
     )
-    held: tuple[Count, ...] | None = Field(
-        default=None,
-        description="panels that do not move",
-        json_schema_extra={
-            "default": "the first and the last, without a panel that a drive grips by `panel` or `end`",
-            "range": "a list of panel numbers",
-        },
-    )
+    held: tuple[Count, ...] | None = Key(
+        "panels that do not move", default=None,
+        shown="the first and the last, without a panel that a drive grips by `panel` or `end`",
+        within="a list of panel numbers"
+    )  # fmt: skip
 
     @property
     def crease_angle(self) -> float:
@@ -115,7 +110,7 @@ Start = Literal["as-folded", "equilibrium"]
 class Release(Model):
     """Phase in which bodies are held before a motion without a drive."""
 
-    hold_time: Time = Field(gt=0, description="time of the release", json_schema_extra={"range": "> 0, < `solve.end_time`"})
+    hold_time: Time = Key("time of the release", gt=0, within="> 0, < `solve.end_time`")
 
 
 class Expect(Model):
@@ -123,11 +118,11 @@ class Expect(Model):
     the tolerance.
     """
 
-    value: float = Field(description="expected value, in SI")
-    rtol: Annotated[float, Field(ge=0)] | None = Field(
-        default=None, description="tolerance relative to the value; give `rtol`, `atol` or both; both tolerances are added"
+    value: float = Key("expected value, in SI")
+    rtol: Annotated[float, Field(ge=0)] | None = Key(
+        "tolerance relative to the value; give `rtol`, `atol` or both; both tolerances are added", default=None
     )
-    atol: Annotated[float, Field(ge=0)] | None = Field(default=None, description="absolute tolerance, in SI")
+    atol: Annotated[float, Field(ge=0)] | None = Key("absolute tolerance, in SI", default=None)
 
     @model_validator(mode="after")
     def _one(self) -> Self:
@@ -148,78 +143,69 @@ class Case(Model):
     follow from the other keys (`fsm.model.plan.plan`).
     """
 
-    extensions: tuple[str, ...] = Field(
-        default=(),
-        description="Python files that add laws, builders or channels ([extensions](extend/index.md)); they are executed "
-        "with the case",
+    extensions: tuple[str, ...] = Key(
+        "Python files that add laws, builders or channels ([extensions](extend/index.md)); they are executed "
+        "with the case", default=(),
+    )  # fmt: skip
+    title: str = Key("shown in progress and plots", default="", max_length=500, pattern=r"^[^\x00-\x1f\x7f]*$")
+    units: Literal["SI", "mm-N-s"] = Key("unit system of plain numbers", default="SI")
+    analysis: Analysis = Key("kind of analysis", default="deploy")
+    stages: tuple[Literal["deploy"], Literal["vibrate"]] | None = Key(
+        "instead of `analysis`: both analyses in sequence", default=None, within='["deploy", "vibrate"]'
     )
-    title: str = Field(default="", max_length=500, pattern=r"^[^\x00-\x1f\x7f]*$", description="shown in progress and plots")
-    units: Literal["SI", "mm-N-s"] = Field(default="SI", description="unit system of plain numbers")
-    analysis: Analysis = Field(default="deploy", description="kind of analysis")
-    stages: tuple[Literal["deploy"], Literal["vibrate"]] | None = Field(
-        default=None,
-        description="instead of `analysis`: both analyses in sequence",
-        json_schema_extra={"range": '["deploy", "vibrate"]'},
+    start: Start | None = Key(
+        "initial state of a deployment, at rest", default=None,
+        shown='"equilibrium" for a strip; "as-folded" for other models, and for a strip without a drive whose '
+        "creases carry a moment",
+    )  # fmt: skip
+    release: Release | None = Key("hold before the motion; only without a drive", default=None)
+    strip: Strip | None = Key("folded strip; give this, `lattice`, `sheet` or `scene`", default=None)
+    lattice: Lattice | None = Key("rotating squares; give this, `strip`, `sheet` or `scene`", default=None)
+    sheet: Sheet | None = Key("folded sheet in space; give this, `strip`, `lattice` or `scene`", default=None)
+    scene: Scene | None = Key(
+        "any graph of bodies and force elements; give this, `strip`, `lattice` or `sheet`", default=None
     )
-    start: Start | None = Field(
-        default=None,
-        description="initial state of a deployment, at rest",
-        json_schema_extra={
-            "default": '"equilibrium" for a strip; "as-folded" for other models, and for a strip without a drive whose '
-            "creases carry a moment",
-        },
+    wing: Wing | None = Key(
+        "wing of hinged panels; its bodies and joints become parts of `scene` when a file is read", default=None
     )
-    release: Release | None = Field(default=None, description="hold before the motion; only without a drive")
-    strip: Strip | None = Field(default=None, description="folded strip; give this, `lattice`, `sheet` or `scene`")
-    lattice: Lattice | None = Field(default=None, description="rotating squares; give this, `strip`, `sheet` or `scene`")
-    sheet: Sheet | None = Field(default=None, description="folded sheet in space; give this, `strip`, `lattice` or `scene`")
-    scene: Scene | None = Field(
-        default=None, description="any graph of bodies and force elements; give this, `strip`, `lattice` or `sheet`"
+    membrane: Membrane | None = Key('film; required for "vibrate"', default=None)
+    material: Material | None = Key(
+        "material of the strip, the sheet, the film or the bars; required for these", default=None
     )
-    wing: Wing | None = Field(
-        default=None, description="wing of hinged panels; its bodies and joints become parts of `scene` when a file is read"
-    )
-    membrane: Membrane | None = Field(default=None, description='film; required for "vibrate"')
-    material: Material | None = Field(
-        default=None, description="material of the strip, the sheet, the film or the bars; required for these"
-    )
-    crease: Crease | None = Field(default=None, description="law of all creases of the strip or sheet; required for these")
-    contact: Contact | None = Field(default=None, description="normal contact of faces")
-    friction: Friction | None = Field(default=None, description="friction of faces in contact")
-    drive: tuple[Drive, ...] = Field(default=(), description="prescribed motions, `[[drive]]`")
-    margin: tuple[Margin, ...] = Field(default=(), description="motorisation margins of joints, `[[margin]]`")
-    load: tuple[Load, ...] = Field(default=(), description="forces and couples, `[[load]]`")
-    gas: tuple[Gas, ...] = Field(default=(), description="gas in chambers of a sheet, `[[gas]]`")
-    orifice: tuple[Orifice, ...] = Field(default=(), description="flow of gas between chambers, `[[orifice]]`")
-    step: tuple[Step, ...] = Field(default=(), description="steps of a deployment, `[[step]]`")
-    event: tuple[Event, ...] = Field(default=(), description="what happens when a condition becomes true, `[[event]]`")
-    obstacle: tuple[Obstacle, ...] = Field(default=(), description="rigid obstacles for contact, `[[obstacle]]`")
-    patch: tuple[Patch, ...] = Field(default=(), description="stiff squares of the film, `[[patch]]`")
-    cable: tuple[Cable, ...] = Field(default=(), description="cables of the film, `[[cable]]`")
-    support: tuple[Support, ...] = Field(default=(), description="supports of the film, `[[support]]`")
-    tension: Tension | None = Field(default=None, description="tension of the film; required for a film")
-    deployed: Deployed | None = Field(default=None, description="film model of a deployed strip")
-    air: Air | None = Field(default=None, description="added mass of air")
-    damping: Damping | None = Field(default=None, description="damping of the vibration")
-    impact: Impact | None = Field(default=None, description="impact on the film")
-    vibration: Vibration | None = Field(default=None, description="vibration analysis; all defaults if absent")
-    scissor: Scissor | None = Field(default=None, description='scissor array; required for "scissor"')
-    bar: BarSection | None = Field(default=None, description="cross section of the bars of the array")
-    hinge: HingeJoint | None = Field(default=None, description="springs, dampers and friction of the hinges of the array")
-    stop: Stop | None = Field(default=None, description="end stop of the middle hinges of the array")
-    hold: tuple[PointSupport, ...] = Field(default=(), description="supports of the array, `[[hold]]`")
-    force: tuple[PointForce, ...] = Field(default=(), description="forces on points of the array, `[[force]]`")
-    gravity: tuple[Acceleration, Acceleration, Acceleration] = Field(
-        default=(0.0, 0.0, 0.0), description="acceleration, inertial axes"
-    )
-    solve: Solve = Field(default=Solve(), description="settings of the solver")
-    save: Save = Field(default=Save(), description="spacing of records")
-    report: tuple[Annotated[str, Field(min_length=1, max_length=200)], ...] = Field(
-        default=(),
-        description="channels that lead the printed results, the summary, tables and figures, as in `save.channels`; those "
-        'of joints by the name of the joint: `["hinge 1.angle"]`',
-        json_schema_extra={"default": "coordinates of all ideal joints, and moments or forces of their motors"},
-    )
+    crease: Crease | None = Key("law of all creases of the strip or sheet; required for these", default=None)
+    contact: Contact | None = Key("normal contact of faces", default=None)
+    friction: Friction | None = Key("friction of faces in contact", default=None)
+    drive: tuple[Drive, ...] = Key("prescribed motions, `[[drive]]`", default=())
+    margin: tuple[Margin, ...] = Key("motorisation margins of joints, `[[margin]]`", default=())
+    load: tuple[Load, ...] = Key("forces and couples, `[[load]]`", default=())
+    gas: tuple[Gas, ...] = Key("gas in chambers of a sheet, `[[gas]]`", default=())
+    orifice: tuple[Orifice, ...] = Key("flow of gas between chambers, `[[orifice]]`", default=())
+    step: tuple[Step, ...] = Key("steps of a deployment, `[[step]]`", default=())
+    event: tuple[Event, ...] = Key("what happens when a condition becomes true, `[[event]]`", default=())
+    obstacle: tuple[Obstacle, ...] = Key("rigid obstacles for contact, `[[obstacle]]`", default=())
+    patch: tuple[Patch, ...] = Key("stiff squares of the film, `[[patch]]`", default=())
+    cable: tuple[Cable, ...] = Key("cables of the film, `[[cable]]`", default=())
+    support: tuple[Support, ...] = Key("supports of the film, `[[support]]`", default=())
+    tension: Tension | None = Key("tension of the film; required for a film", default=None)
+    deployed: Deployed | None = Key("film model of a deployed strip", default=None)
+    air: Air | None = Key("added mass of air", default=None)
+    damping: Damping | None = Key("damping of the vibration", default=None)
+    impact: Impact | None = Key("impact on the film", default=None)
+    vibration: Vibration | None = Key("vibration analysis; all defaults if absent", default=None)
+    scissor: Scissor | None = Key('scissor array; required for "scissor"', default=None)
+    bar: BarSection | None = Key("cross section of the bars of the array", default=None)
+    hinge: HingeJoint | None = Key("springs, dampers and friction of the hinges of the array", default=None)
+    stop: Stop | None = Key("end stop of the middle hinges of the array", default=None)
+    hold: tuple[PointSupport, ...] = Key("supports of the array, `[[hold]]`", default=())
+    force: tuple[PointForce, ...] = Key("forces on points of the array, `[[force]]`", default=())
+    gravity: tuple[Acceleration, Acceleration, Acceleration] = Key("acceleration, inertial axes", default=(0.0, 0.0, 0.0))
+    solve: Solve = Key("settings of the solver", default=Solve())
+    save: Save = Key("spacing of records", default=Save())
+    report: tuple[Annotated[str, Field(min_length=1, max_length=200)], ...] = Key(
+        "channels that lead the printed results, the summary, tables and figures, as in `save.channels`; those "
+        'of joints by the name of the joint: `["hinge 1.angle"]`', default=(),
+        shown="coordinates of all ideal joints, and moments or forces of their motors",
+    )  # fmt: skip
     expect: dict[str, Expect] = Field(default_factory=dict, description="expected numbers of the summary")
 
     @field_validator("contact", mode="before")

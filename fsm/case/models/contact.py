@@ -19,6 +19,7 @@ from pydantic import (
 )
 
 from fsm.case.models.law_keys import MISSING, LawKeys, LawSection, check_key, refuse
+from fsm.case.schema.model import Key
 from fsm.case.schema.units import Count, Damping, Length, Number, Speed, Stress, Unit
 from fsm.registry import CONTACT_LAWS, FRICTION_LAWS, AddedLaw
 
@@ -116,53 +117,44 @@ class Contact(LawSection):
     """
 
     laws: ClassVar[Mapping[str, LawKeys]] = NORMAL_KEYS
-    law: str = Field(
-        default="hertz",
-        description='force of a face over its penetration and closing speed; for slow drives "hertz" or "linear", for '
-        "impacts a law with `restitution`",
-        json_schema_extra={"default": '"restitution" if `restitution` is given, else "hertz"'},
-    )
-    exponent: Number = Field(default=1.5, ge=1, le=3, description='e; 1 if "linear"')
-    young: _Young | None = Field(default=None, description="instead of `stiffness`; one value for both bodies, or [E1, E2]")
-    poisson: _Poisson | None = Field(default=None, description="with `young`; one value for both bodies, or two")
-    radius: _Radius | None = Field(
-        default=None, description="with `young`; one value for a sphere on a flat face, or [R1, R2]"
-    )
-    stiffness: Annotated[float, Unit("N/m", power="exponent"), Field(gt=0)] = Field(
-        description="K of a whole face under uniform pressure, or of a sphere; absent in a strip: K follows from the "
+    law: str = Key(
+        'force of a face over its penetration and closing speed; for slow drives "hertz" or "linear", for '
+        "impacts a law with `restitution`", default="hertz", shown='"restitution" if `restitution` is given, else "hertz"',
+    )  # fmt: skip
+    exponent: Number = Key('e; 1 if "linear"', default=1.5, ge=1, le=3)
+    young: _Young | None = Key("instead of `stiffness`; one value for both bodies, or [E1, E2]", default=None)
+    poisson: _Poisson | None = Key("with `young`; one value for both bodies, or two", default=None)
+    radius: _Radius | None = Key("with `young`; one value for a sphere on a flat face, or [R1, R2]", default=None)
+    stiffness: Annotated[float, Unit("N/m", power="exponent"), Field(gt=0)] = Key(
+        "K of a whole face under uniform pressure, or of a sphere; absent in a strip: K follows from the "
         "material and is practically rigid. As text, the power of its unit must be the exponent",
-        json_schema_extra={"default": "needed, except for a strip or with `young`"},
+        shown="needed, except for a strip or with `young`",
+    )  # fmt: skip
+    damping: Damping = Key("C of a whole face", default=0.0, ge=0)
+    ramp: Length = Key(
+        'penetration at which the damping, and the stiffness of "linear", reach their full values', default=1e-5, gt=0
     )
-    damping: Damping = Field(default=0.0, ge=0, description="C of a whole face")
-    ramp: Length = Field(
-        default=1e-5, gt=0,
-        description='penetration at which the damping, and the stiffness of "linear", reach their full values',
+    restitution: Annotated[Number, AfterValidator(_above_zero)] | None = Key(
+        "c: separation speed over closing speed", default=None, within="0 to 1, 0 excluded"
     )
-    restitution: Annotated[Number, AfterValidator(_above_zero)] | None = Field(
-        default=None, description="c: separation speed over closing speed", json_schema_extra={"range": "0 to 1, 0 excluded"}
+    speed_floor: Speed = Key("lower bound of v0; slower contacts are pressed contacts and not impacts", default=1e-3, gt=0)
+    thickness_in_gap: bool = Key(
+        "faces touch at half the sum of their thicknesses; false: middle surfaces touch", default=True
     )
-    speed_floor: Speed = Field(
-        default=1e-3, gt=0, description="lower bound of v0; slower contacts are pressed contacts and not impacts"
-    )
-    thickness_in_gap: bool = Field(
-        default=True, description="faces touch at half the sum of their thicknesses; false: middle surfaces touch"
-    )
-    points_per_segment: Count = Field(
-        default=2, ge=1, le=5,
-        description="number of intervals between the contact points of a segment; its ends are contact points too. Rigid "
-        "plate or box: number of cells along each side of a face, with contact points at corners and centres",
-    )
-    pairs: tuple[tuple[int, int], ...] | None = Field(
-        default=None,
-        description="contact pairs of a strip, [[1, 2], [2, 3]]; a `[scene]` has `scene.pairs`",
-        json_schema_extra={"default": "every panel with every other", "range": "pairs of panel numbers"},
-    )
-    resolve_overlap: bool = Field(
-        default=False,
-        description="bodies that overlap at the start are moved apart, lighter bodies farther, with a warning; false: the "
-        "case is refused",
-    )
-    parameters: dict[str, Any] | None = Field(default=None, description="parameters of the law of an extension")
+    points_per_segment: Count = Key(
+        "number of intervals between the contact points of a segment; its ends are contact points too. Rigid "
+        "plate or box: number of cells along each side of a face, with contact points at corners and centres", default=2,
+        ge=1, le=5,
+    )  # fmt: skip
+    pairs: tuple[tuple[int, int], ...] | None = Key(
+        "contact pairs of a strip, [[1, 2], [2, 3]]; a `[scene]` has `scene.pairs`", default=None,
+        shown="every panel with every other", within="pairs of panel numbers"
+    )  # fmt: skip
+    resolve_overlap: bool = Key(
+        "bodies that overlap at the start are moved apart, lighter bodies farther, with a warning; false: the "
+        "case is refused", default=False,
+    )  # fmt: skip
+    parameters: dict[str, Any] | None = Key("parameters of the law of an extension", default=None)
 
     @classmethod
     def added(cls, name: object) -> Mapping[str, AddedLaw]:
@@ -229,45 +221,34 @@ class Friction(LawSection):
     """
 
     laws: ClassVar[Mapping[str, LawKeys]] = FRICTION_KEYS
-    law: str = Field(
-        default="step",
-        description='coefficient of friction over the slip speed; only "lugre" can stick, with the others a resting '
-        "contact creeps",
+    law: str = Key(
+        'coefficient of friction over the slip speed; only "lugre" can stick, with the others a resting ' "contact creeps",
+        default="step"
+    )  # fmt: skip
+    mu_static: Number = Key(
+        "largest coefficient of friction, at the start of sliding", default=0.0, ge=0, within=">= mu_dynamic"
     )
-    mu_static: Number = Field(
-        default=0.0, ge=0,
-        description="largest coefficient of friction, at the start of sliding",
-        json_schema_extra={"range": ">= mu_dynamic"},
+    mu_dynamic: Number = Key("coefficient of friction of a fast slip", ge=0, within='>= 0; "lugre": > 0')
+    v_static: Speed = Key("regularisation speed; a sticking contact creeps below it", default=0.0, gt=0)
+    v_dynamic: Annotated[Speed, Field(gt=0)] | None = Key(
+        "slip speed at which the coefficient has decreased to mu_dynamic", default=None, within="> v_static"
     )
-    mu_dynamic: Number = Field(
-        ge=0, description="coefficient of friction of a fast slip", json_schema_extra={"range": '>= 0; "lugre": > 0'}
+    v_stribeck: Annotated[Speed, Field(gt=0)] | None = Key(
+        "speed at which the coefficient decreases to mu_dynamic", default=None, within="> v_static"
     )
-    v_static: Speed = Field(default=0.0, gt=0, description="regularisation speed; a sticking contact creeps below it")
-    v_dynamic: Annotated[Speed, Field(gt=0)] | None = Field(
-        default=None,
-        description="slip speed at which the coefficient has decreased to mu_dynamic",
-        json_schema_extra={"range": "> v_static"},
+    viscous: _SlipDamping = Key("increase of the coefficient with speed", default=0.0, ge=0)
+    presliding: Annotated[Length, Field(gt=0)] | None = Key(
+        "deflection of the bristles before sliding; their stiffness is mu_static N/presliding", default=None
     )
-    v_stribeck: Annotated[Speed, Field(gt=0)] | None = Field(
-        default=None,
-        description="speed at which the coefficient decreases to mu_dynamic",
-        json_schema_extra={"range": "> v_static"},
-    )
-    viscous: _SlipDamping = Field(default=0.0, ge=0, description="increase of the coefficient with speed")
-    presliding: Annotated[Length, Field(gt=0)] | None = Field(
-        default=None, description="deflection of the bristles before sliding; their stiffness is mu_static N/presliding"
-    )
-    bristle_damping: Annotated[_SlipDamping, Field(ge=0)] | None = Field(
-        default=None,
-        description="damping of the bristles, over N",
-        json_schema_extra={"default": "mu_dynamic/v_stribeck", "range": "0 to 9.3 mu_dynamic/v_stribeck"},
-    )
-    across: Number = Field(
-        default=1.0, gt=0,
-        description="in space: coefficient across the length of a panel or plate, over the coefficient along it. The axes "
-        "are those of the body with the contact point ([theory](theory.md)). No effect in planar motion",
-    )
-    parameters: dict[str, Any] | None = Field(default=None, description="parameters of the law of an extension")
+    bristle_damping: Annotated[_SlipDamping, Field(ge=0)] | None = Key(
+        "damping of the bristles, over N", default=None, shown="mu_dynamic/v_stribeck",
+        within="0 to 9.3 mu_dynamic/v_stribeck"
+    )  # fmt: skip
+    across: Number = Key(
+        "in space: coefficient across the length of a panel or plate, over the coefficient along it. The axes "
+        "are those of the body with the contact point ([theory](theory.md)). No effect in planar motion", default=1.0, gt=0,
+    )  # fmt: skip
+    parameters: dict[str, Any] | None = Key("parameters of the law of an extension", default=None)
 
     @classmethod
     def added(cls, name: object) -> Mapping[str, AddedLaw]:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, Self
 
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import ValidationInfo, field_validator, model_validator
 
 from fsm.case.models.law_keys import LawSection
-from fsm.case.schema.model import Model, Name
+from fsm.case.schema.model import Key, Model, Name
 from fsm.case.schema.units import Angle, AngularDamping, AngularStiffness, Damping, Force, Length, Moment, Stiffness
 from fsm.registry import COUPLINGS, AddedLaw
 
@@ -39,38 +39,34 @@ class _Elastic(Model):
 class Elasticity(_Elastic):
     """Parameters of the kind "gear" beside its ratio."""
 
-    stiffness: AngularStiffness | None = Field(
-        default=None, gt=0, description="stiffness k on the first angle",
-        json_schema_extra={"default": "none, the coupling is ideal"},
-    )  # fmt: skip
-    damping: AngularDamping = Field(default=0.0, ge=0, description="damping on the first angle")
-    preload: Moment = Field(default=0.0, description="moment on the opening at the start")
-    slack: Slack | None = Field(default=None, description=_SLACK, json_schema_extra={"default": "none"})
-    backlash: Angle = Field(default=0.0, ge=0, description="width of the play")
-    lag: Angle = Field(default=0.0, description="opening in the middle of the play, or at which a cable becomes taut")
+    stiffness: AngularStiffness | None = Key(
+        "stiffness k on the first angle", default=None, gt=0, shown="none, the coupling is ideal"
+    )
+    damping: AngularDamping = Key("damping on the first angle", default=0.0, ge=0)
+    preload: Moment = Key("moment on the opening at the start", default=0.0)
+    slack: Slack | None = Key(_SLACK, default=None, shown="none")
+    backlash: Angle = Key("width of the play", default=0.0, ge=0)
+    lag: Angle = Key("opening in the middle of the play, or at which a cable becomes taut", default=0.0)
 
 
 class Gear(Elasticity):
     """Parameters of the kind "gear": e = x_1 - n x_2 of a joint that turns and another one."""
 
-    ratio: float = Field(description="ratio n of the first coordinate to the second, negative for opposite senses")
+    ratio: float = Key("ratio n of the first coordinate to the second, negative for opposite senses")
 
 
 class Rack(_Elastic):
     """Parameters of the kind "rack": e = x_1 - n x_2 of a joint that slides and another one."""
 
-    ratio: float = Field(
-        description="ratio n of the first displacement to the second coordinate; m/rad if the second joint turns"
+    ratio: float = Key("ratio n of the first displacement to the second coordinate; m/rad if the second joint turns")
+    stiffness: Stiffness | None = Key(
+        "stiffness k on the first displacement", default=None, gt=0, shown="none, the coupling is ideal"
     )
-    stiffness: Stiffness | None = Field(
-        default=None, gt=0, description="stiffness k on the first displacement",
-        json_schema_extra={"default": "none, the coupling is ideal"},
-    )  # fmt: skip
-    damping: Damping = Field(default=0.0, ge=0, description="damping on the first displacement")
-    preload: Force = Field(default=0.0, description="force on the opening at the start")
-    slack: Slack | None = Field(default=None, description=_SLACK, json_schema_extra={"default": "none"})
-    backlash: Length = Field(default=0.0, ge=0, description="width of the play")
-    lag: Length = Field(default=0.0, description="opening in the middle of the play, or at which a cable becomes taut")
+    damping: Damping = Key("damping on the first displacement", default=0.0, ge=0)
+    preload: Force = Key("force on the opening at the start", default=0.0)
+    slack: Slack | None = Key(_SLACK, default=None, shown="none")
+    backlash: Length = Key("width of the play", default=0.0, ge=0)
+    lag: Length = Key("opening in the middle of the play, or at which a cable becomes taut", default=0.0)
 
 
 OWN_COUPLINGS = {"gear": AddedLaw(2, Gear, "gear"), "rack": AddedLaw(2, Rack, "rack")}
@@ -82,16 +78,13 @@ class SceneCoupling(LawSection):
 
     chosen_by: ClassVar[str] = "kind"
 
-    name: Name = Field(description="name of the element")
-    kind: str = Field(
-        description="name of the kind", json_schema_extra={"range": '"gear", "rack", or a kind of an extension'}
-    )
-    joints: tuple[str, ...] = Field(
-        min_length=1,
-        description="revolute or prismatic joints, or force elements, whose twists count, in the order of the kind",
-        json_schema_extra={"range": "as many as the kind has, all of one sort"},
-    )
-    parameters: dict[str, Any] | None = Field(default=None, description="parameters of the kind")
+    name: Name = Key("name of the element")
+    kind: str = Key("name of the kind", within='"gear", "rack", or a kind of an extension')
+    joints: tuple[str, ...] = Key(
+        "revolute or prismatic joints, or force elements, whose twists count, in the order of the kind", min_length=1,
+        within="as many as the kind has, all of one sort"
+    )  # fmt: skip
+    parameters: dict[str, Any] | None = Key("parameters of the kind", default=None)
 
     @property
     def ideal(self) -> bool:

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from fsm.case.schema.model import Model, Name
+from fsm.case.schema.model import Key, Model, Name
 
 Text = Annotated[str, Field(min_length=1, max_length=200)]
 
@@ -15,19 +15,17 @@ Text = Annotated[str, Field(min_length=1, max_length=200)]
 class Event(Model):
     """Actions of a motion at the moment in which a condition becomes true; an event happens once."""
 
-    name: Name | None = Field(
-        default=None, description="name of the event in results",
-        json_schema_extra={"default": '"event 1", "event 2", ...', "range": "all different"},
+    name: Name | None = Key(
+        "name of the event in results", default=None, shown='"event 1", "event 2", ...', within="all different"
+    )
+    when: Text = Key(
+        'condition: `"hinge 1.angle < 0.5 deg"` for any channel, `"contact a - b"`, `"time > 3 s"`, or several '
+        "of them joined by `and`",
     )  # fmt: skip
-    when: Text = Field(
-        description='condition: `"hinge 1.angle < 0.5 deg"` for any channel, `"contact a - b"`, `"time > 3 s"`, or several '
-        "of them joined by `and`"
-    )
-    do: tuple[Text, ...] = Field(
-        min_length=1,
-        description='what happens, in this order: `"release NAME"`, `"lock JOINT"`, `"unlock JOINT"`, `"change damper JOINT '
-        'to VALUE"`, `"end step"`',
-    )
+    do: tuple[Text, ...] = Key(
+        'what happens, in this order: `"release NAME"`, `"lock JOINT"`, `"unlock JOINT"`, `"change damper JOINT '
+        'to VALUE"`, `"end step"`', min_length=1,
+    )  # fmt: skip
 
     @classmethod
     def completed(cls, written: Mapping[str, Any]) -> Mapping[str, Any]:

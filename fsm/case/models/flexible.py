@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from fsm.case.models.sheet_parts import Box
-from fsm.case.schema.model import Model, Name
+from fsm.case.schema.model import Key, Model, Name
 from fsm.case.schema.units import Count, Density, Length, Number, Stress, Time
 
 Position = tuple[Length, Length, Length]
@@ -20,59 +20,50 @@ Elements = Annotated[Count, Field(ge=1, le=200)]
 class SceneFilm(Model):
     """Rectangular film of ANCF elements."""
 
-    name: Name = Field(description="name of the film", json_schema_extra={"range": "different from all other names"})
-    position: Position = Field(default=(0.0, 0.0, 0.0), description="center at the start")
-    orientation: Quaternion = Field(
-        default=(1.0, 0.0, 0.0, 0.0),
-        description="axes at the start: x along the length, y across it, z normal",
-        json_schema_extra={"range": "unit quaternion"},
+    name: Name = Key("name of the film", within="different from all other names")
+    position: Position = Key("center at the start", default=(0.0, 0.0, 0.0))
+    orientation: Quaternion = Key(
+        "axes at the start: x along the length, y across it, z normal", default=(1.0, 0.0, 0.0, 0.0),
+        within="unit quaternion"
+    )  # fmt: skip
+    length: Length = Key("length without stress", gt=0)
+    width: Length = Key("width without stress", gt=0)
+    thickness: Length = Key("thickness of the film", gt=0)
+    young: Stress = Key("Young's modulus", gt=0)
+    poisson: Number = Key("Poisson's ratio", default=0.3, gt=-1, lt=0.5)
+    density: Density = Key("density", gt=0)
+    mesh: tuple[Elements, Elements] = Key("number of elements along length and width", default=(8, 8))
+    strain: tuple[Number, Number] = Key("strain along length and width at the start", default=(0.0, 0.0))
+    viscosity: Time = Key(
+        "Kelvin-Voigt time: the damping stress is the elastic stress of the strain `viscosity` times rate", default=0.0, ge=0
     )
-    length: Length = Field(gt=0, description="length without stress")
-    width: Length = Field(gt=0, description="width without stress")
-    thickness: Length = Field(gt=0, description="thickness of the film")
-    young: Stress = Field(gt=0, description="Young's modulus")
-    poisson: Number = Field(default=0.3, gt=-1, lt=0.5, description="Poisson's ratio")
-    density: Density = Field(gt=0, description="density")
-    mesh: tuple[Elements, Elements] = Field(default=(8, 8), description="number of elements along length and width")
-    strain: tuple[Number, Number] = Field(default=(0.0, 0.0), description="strain along length and width at the start")
-    viscosity: Time = Field(
-        default=0.0, ge=0,
-        description="Kelvin-Voigt time: the damping stress is the elastic stress of the strain `viscosity` times rate",
-    )
-    held: tuple[Edge, ...] = Field(
-        default=(),
-        description='edges whose nodes do not move; "left" is the edge of the smallest x, "bottom" the edge of the '
-        "smallest y",
-    )
+    held: tuple[Edge, ...] = Key(
+        'edges whose nodes do not move; "left" is the edge of the smallest x, "bottom" the edge of the ' "smallest y",
+        default=()
+    )  # fmt: skip
 
 
 class _Line(Model):
     """Common keys of cables and beams."""
 
-    name: Name = Field(
-        description="name of the cable or beam", json_schema_extra={"range": "different from all other names"}
-    )
-    start: Position = Field(description="one end at the start of the motion")
-    end: Position = Field(
-        description="the other end; the cable or beam is straight",
-        json_schema_extra={"range": "not `start`; of a beam at the same y"},
-    )
-    young: Stress = Field(gt=0, description="Young's modulus")
-    density: Density = Field(gt=0, description="density")
-    elements: Elements = Field(default=8, description="number of elements")
-    strain: Number = Field(default=0.0, gt=-1, description="strain at the start")
-    viscosity: Time = Field(default=0.0, ge=0, description="Kelvin-Voigt damping of the stretch")
-    held: tuple[Literal["start", "end"], ...] = Field(
-        default=(),
-        description="ends that do not move; the end of a beam is free to rotate, and a force element to the ground clamps "
-        "it",
-    )
+    name: Name = Key("name of the cable or beam", within="different from all other names")
+    start: Position = Key("one end at the start of the motion")
+    end: Position = Key("the other end; the cable or beam is straight", within="not `start`; of a beam at the same y")
+    young: Stress = Key("Young's modulus", gt=0)
+    density: Density = Key("density", gt=0)
+    elements: Elements = Key("number of elements", default=8)
+    strain: Number = Key("strain at the start", default=0.0, gt=-1)
+    viscosity: Time = Key("Kelvin-Voigt damping of the stretch", default=0.0, ge=0)
+    held: tuple[Literal["start", "end"], ...] = Key(
+        "ends that do not move; the end of a beam is free to rotate, and a force element to the ground clamps " "it",
+        default=()
+    )  # fmt: skip
 
 
 class SceneCable(_Line):
     """Straight cable of ANCF elements with a round section; it bends and stretches, and has no torsion."""
 
-    diameter: Length = Field(gt=0, description="diameter of the round section")
+    diameter: Length = Key("diameter of the round section", gt=0)
 
     @model_validator(mode="after")
     def _long(self) -> Self:
@@ -88,8 +79,8 @@ class SceneBeam(_Line):
     axes; its supports carry the forces along y.
     """
 
-    width: Length = Field(gt=0, description="size of the section along y")
-    thickness: Length = Field(gt=0, description="size of the section in the plane of bending")
+    width: Length = Key("size of the section along y", gt=0)
+    thickness: Length = Key("size of the section in the plane of bending", gt=0)
 
     @model_validator(mode="after")
     def _in_plane(self) -> Self:
@@ -106,42 +97,28 @@ class SceneBeam(_Line):
 class SceneFrame(Model):
     """Frame on a film, a cable, a beam, a truss or the sheet; force elements and loads act on it by its name."""
 
-    name: Name = Field(
-        description="name, with which elements and loads refer to the frame",
-        json_schema_extra={"range": "different from all other names"},
-    )
-    on: str = Field(
-        description='"sheet": the `[sheet]` of the case',
-        json_schema_extra={"range": 'a film, a cable, a beam, a truss or "sheet"'},
-    )
-    at: tuple[Length, ...] = Field(
-        default=(),
-        description="material point without stress: (x, y) from the center of a film, or (s) from the start of a cable or "
-        "beam",
-        json_schema_extra={"default": "needed for films, cables and beams", "range": "on the film or cable"},
-    )
-    edge: Literal["left", "right", "bottom", "top"] | None = Field(
-        default=None,
-        description="edge of a film in place of `at`. The frame has the mean position and the mean direction of the edge; "
-        "its force and moment are spread evenly over the edge, which still bends",
-        json_schema_extra={"default": "a point, `at`"},
-    )
-    point: Annotated[Count, Field(ge=0)] | None = Field(
-        default=None,
-        description="number of the point of a truss, from 0. Such a frame has no axes and carries no moment",
-        json_schema_extra={"default": "needed for trusses"},
-    )
-    place: str | Box | None = Field(
-        default=None,
-        description='vertex of the sheet, for example "vertex 3", or a box around one vertex as two opposite corners',
-        json_schema_extra={"default": "needed for sheets", "range": "one vertex"},
-    )
-    normal: tuple[Number, Number, Number] = Field(
-        default=(0.0, 0.0, 1.0),
-        description="for a cable: the y axis of the frame is the vector product of `normal` and the direction of the "
-        "cable. The frame follows the bending of the cable",
-        json_schema_extra={"range": "across the cable"},
-    )
+    name: Name = Key("name, with which elements and loads refer to the frame", within="different from all other names")
+    on: str = Key('"sheet": the `[sheet]` of the case', within='a film, a cable, a beam, a truss or "sheet"')
+    at: tuple[Length, ...] = Key(
+        "material point without stress: (x, y) from the center of a film, or (s) from the start of a cable or " "beam",
+        default=(), shown="needed for films, cables and beams", within="on the film or cable"
+    )  # fmt: skip
+    edge: Literal["left", "right", "bottom", "top"] | None = Key(
+        "edge of a film in place of `at`. The frame has the mean position and the mean direction of the edge; "
+        "its force and moment are spread evenly over the edge, which still bends", default=None, shown="a point, `at`",
+    )  # fmt: skip
+    point: Annotated[Count, Field(ge=0)] | None = Key(
+        "number of the point of a truss, from 0. Such a frame has no axes and carries no moment", default=None,
+        shown="needed for trusses"
+    )  # fmt: skip
+    place: str | Box | None = Key(
+        'vertex of the sheet, for example "vertex 3", or a box around one vertex as two opposite corners', default=None,
+        shown="needed for sheets", within="one vertex"
+    )  # fmt: skip
+    normal: tuple[Number, Number, Number] = Key(
+        "for a cable: the y axis of the frame is the vector product of `normal` and the direction of the "
+        "cable. The frame follows the bending of the cable", default=(0.0, 0.0, 1.0), within="across the cable",
+    )  # fmt: skip
 
 
 class SceneSeam(Model):
@@ -150,20 +127,15 @@ class SceneSeam(Model):
     Films have three springs for each element, flexible facets two for each cell, other facets one for each vertex.
     """
 
-    name: Name = Field(description="name of the seam", json_schema_extra={"range": "different from all other names"})
-    film: str = Field(description='"sheet": the `[sheet]` of the case', json_schema_extra={"range": 'a film, or "sheet"'})
-    edge: str = Field(
-        description="an edge of the sheet, as in `[[drive]]`, or of the film",
-        json_schema_extra={"range": 'films: "left", "right", "bottom", "top", "corners"'},
-    )
-    bodies: tuple[str, ...] = Field(
-        description="each point of the seam is joined to the nearest of these bodies",
-        json_schema_extra={"range": "one or more"},
-    )
-    stiffness: Stress = Field(
-        gt=0,
-        description="stiffness in all directions (N/m) per length of the edge (m); a corner represents the length of an "
-        "element",
+    name: Name = Key("name of the seam", within="different from all other names")
+    film: str = Key('"sheet": the `[sheet]` of the case', within='a film, or "sheet"')
+    edge: str = Key(
+        "an edge of the sheet, as in `[[drive]]`, or of the film",
+        within='films: "left", "right", "bottom", "top", "corners"'
+    )  # fmt: skip
+    bodies: tuple[str, ...] = Key("each point of the seam is joined to the nearest of these bodies", within="one or more")
+    stiffness: Stress = Key(
+        "stiffness in all directions (N/m) per length of the edge (m); a corner represents the length of an " "element", gt=0
     )
 
 

@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from fsm.case.models.time_program import Table, TimeFunction
-from fsm.case.schema.model import Model, Name
+from fsm.case.schema.model import Key, Model, Name
 from fsm.case.schema.units import Angle, Area, GasConstant, Length, Mass, MassFlow, Number, Stress, Temperature
 
 SUPPLIES = ("supply_pressure", "supply_flow", "supply_mass")
@@ -25,17 +25,15 @@ class Closing(Model):
     which mirror images complete. The work of its forces is the pressure times the change of the volume.
     """
 
-    axis: Literal["x", "y", "z"] | None = Field(
-        default=None,
-        description="normal of a plane of symmetry or a fixed wall, in which the open edges are held; give this or `cap`",
+    axis: Literal["x", "y", "z"] | None = Key(
+        "normal of a plane of symmetry or a fixed wall, in which the open edges are held; give this or `cap`", default=None
     )
-    at: Length = Field(default=0.0, description="position of the plane along its normal")
-    cap: Name | None = Field(
-        default=None,
-        description='ring of open edges under a massless lid: "edge top", or a vertex on the ring, "vertex 7". A chain of '
+    at: Length = Key("position of the plane along its normal", default=0.0)
+    cap: Name | None = Key(
+        'ring of open edges under a massless lid: "edge top", or a vertex on the ring, "vertex 7". A chain of '
         "open edges whose two ends lie in one plane of `closed_by` is half of a ring; with one end in each of two planes "
-        "it is a quarter",
-    )
+        "it is a quarter", default=None,
+    )  # fmt: skip
 
     @model_validator(mode="after")
     def _one(self) -> Self:
@@ -54,41 +52,32 @@ class Gas(Model):
     volume. Give at most one supply; without a supply, the chamber keeps its gas.
     """
 
-    name: Name = Field(default="gas", description="name for channels and orifices")
-    at: Name = Field(default="all", description='facets around the chamber: "all", "facet 3" or "facets 1, 2"')
-    closed_by: tuple[Closing, ...] = Field(
-        default=(),
-        description="planes and lids that close the chamber at open edges: `axis` and `at` of a plane of symmetry, or a "
-        "lid on an edge",
+    name: Name = Key("name for channels and orifices", default="gas")
+    at: Name = Key('facets around the chamber: "all", "facet 3" or "facets 1, 2"', default="all")
+    closed_by: tuple[Closing, ...] = Key(
+        "planes and lids that close the chamber at open edges: `axis` and `at` of a plane of symmetry, or a "
+        "lid on an edge", default=(),
+    )  # fmt: skip
+    law: Literal["isothermal", "adiabatic"] = Key(
+        '"adiabatic": no heat is exchanged with the surroundings', default="isothermal"
     )
-    law: Literal["isothermal", "adiabatic"] = Field(
-        default="isothermal", description='"adiabatic": no heat is exchanged with the surroundings'
+    gas_constant: GasConstant = Key("gas constant R of the gas; the default is that of air", default=287.06, gt=0)
+    heat_ratio: Number = Key("ratio of the heat capacities", default=1.4, gt=1, le=2)
+    temperature: Temperature = Key(
+        "temperature of the gas at the start, of the supply and of the surroundings", default=293.15, gt=0
     )
-    gas_constant: GasConstant = Field(
-        default=287.06, gt=0, description="gas constant R of the gas; the default is that of air"
+    pressure: Annotated[Stress, Field(ge=0)] | None = Key("pressure at the start", default=None, shown="`outside_pressure`")
+    outside_pressure: Stress = Key("pressure around the sheet", default=0.0, ge=0)
+    supply_pressure: Annotated[Stress, Field(ge=0)] | None = Key(
+        "pressure of the chamber at factor 1; give at most one supply", default=None
     )
-    heat_ratio: Number = Field(default=1.4, gt=1, le=2, description="ratio of the heat capacities")
-    temperature: Temperature = Field(
-        default=293.15, gt=0, description="temperature of the gas at the start, of the supply and of the surroundings"
-    )
-    pressure: Annotated[Stress, Field(ge=0)] | None = Field(
-        default=None, description="pressure at the start", json_schema_extra={"default": "`outside_pressure`"}
-    )
-    outside_pressure: Stress = Field(default=0.0, ge=0, description="pressure around the sheet")
-    supply_pressure: Annotated[Stress, Field(ge=0)] | None = Field(
-        default=None, description="pressure of the chamber at factor 1; give at most one supply"
-    )
-    supply_flow: MassFlow | None = Field(default=None, description="mass flow into the chamber at factor 1")
-    supply_mass: Mass | None = Field(
-        default=None, description="mass of gas at factor 1, in addition to the gas at the start"
-    )
-    time: TimeFunction | None = Field(
-        default=None,
-        description="factor over the time of the whole run, as of a `[[load]]`. In statics without this key: `supply_mass` "
+    supply_flow: MassFlow | None = Key("mass flow into the chamber at factor 1", default=None)
+    supply_mass: Mass | None = Key("mass of gas at factor 1, in addition to the gas at the start", default=None)
+    time: TimeFunction | None = Key(
+        "factor over the time of the whole run, as of a `[[load]]`. In statics without this key: `supply_mass` "
         "and `supply_pressure` have a ramp until `solve.end_time`; a `supply_pressure` begins at `outside_pressure`; a "
-        "`supply_flow` is constant",
-        json_schema_extra={"default": "constant"},
-    )
+        "`supply_flow` is constant", default=None, shown="constant",
+    )  # fmt: skip
 
     @property
     def at_start(self) -> float:
@@ -117,20 +106,14 @@ class Orifice(Model):
     The mass flow is that of an ideal gas through a nozzle; the flow is choked below the critical ratio of pressures.
     """
 
-    between: tuple[Name, Name] = Field(description='names of two gases, or of one and "outside"')
-    area: Annotated[Area, Field(ge=0)] | None = Field(
-        default=None, description="constant area of the opening; give this or `crease`"
-    )
-    crease: Name | None = Field(
-        default=None, description='name of a crease, "crease 3", whose mean fold angle gives the area'
-    )
-    area_by_angle: tuple[tuple[Angle, Annotated[Area, Field(ge=0)]], ...] = Field(
-        default=(),
-        description='pairs of the magnitude of the angle (0 flat) and the area (m^2), `[["0 deg", 0], ["90 deg", "20 '
-        'mm^2"]]`: linear between them, constant beyond',
-        json_schema_extra={"range": "increasing angles"},
-    )
-    discharge: Number = Field(default=1.0, gt=0, le=1, description="mass flow over that of an ideal nozzle")
+    between: tuple[Name, Name] = Key('names of two gases, or of one and "outside"')
+    area: Annotated[Area, Field(ge=0)] | None = Key("constant area of the opening; give this or `crease`", default=None)
+    crease: Name | None = Key('name of a crease, "crease 3", whose mean fold angle gives the area', default=None)
+    area_by_angle: tuple[tuple[Angle, Annotated[Area, Field(ge=0)]], ...] = Key(
+        'pairs of the magnitude of the angle (0 flat) and the area (m^2), `[["0 deg", 0], ["90 deg", "20 '
+        'mm^2"]]`: linear between them, constant beyond', default=(), within="increasing angles",
+    )  # fmt: skip
+    discharge: Number = Key("mass flow over that of an ideal nozzle", default=1.0, gt=0, le=1)
 
     @model_validator(mode="after")
     def _two(self) -> Self:

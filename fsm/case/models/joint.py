@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any, Literal, Self
 
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import ValidationInfo, field_validator, model_validator
 
 from fsm.case.models.joint_action import Damper, Friction, Harness, Latch, Spring, Stop, action_of
 from fsm.case.models.joint_motor import Motor
-from fsm.case.schema.model import Model, Name
+from fsm.case.schema.model import Key, Model, Name
 from fsm.case.schema.units import Angle, Length, Number
 
 JointKind = Literal[
@@ -34,55 +34,43 @@ class SceneJoint(Model):
     Points and axes are in inertial axes at the start. Both bodies carry them from there on.
     """
 
-    name: Name = Field(description="name of the joint", json_schema_extra={"range": "different from all other joints"})
-    kind: JointKind = Field(description="what the joint leaves free, see below")
-    first: str = Field(
-        description="first body, which carries the axis; on flexible parts a frame, or an end or edge by its name, as "
-        '`"beam 1.end"` and `"film 1.left"`',
-        json_schema_extra={"range": 'a body, "ground", a frame, or an end or edge of a flexible part'},
-    )
-    second: str = Field(
-        description="second body, whose motion relative to the first is the motion of the joint",
-        json_schema_extra={"range": "as `first`"},
-    )
-    at: tuple[Length, Length, Length] = Field(description="place of the joint at the start, inertial axes")
-    axis: Axis | None = Field(
-        default=None,
-        description="axis of the joint at the start, inertial axes, of any length: of turning, of sliding, of the line, or "
-        "the normal of the plane",
-        json_schema_extra={"default": "required, but not with spherical, fixed and distance"},
-    )
-    second_axis: Axis | None = Field(
-        default=None,
-        description="universal: axis of the cross on the second body at the start, at a right angle to `axis`, that on the "
-        "first body",
-        json_schema_extra={"default": "required with universal only"},
-    )
-    to: tuple[Length, Length, Length] | None = Field(
-        default=None,
-        description="in-line, in-plane and distance: the point of the second body at the start, inertial axes",
-        json_schema_extra={"default": "required with these kinds only"},
-    )
-    angle: Angle = Field(
-        default=0.0, description="angle of the joint at the start; turns are counted from here on",
-        json_schema_extra={"range": "kinds that turn about one axis"},
+    name: Name = Key("name of the joint", within="different from all other joints")
+    kind: JointKind = Key("what the joint leaves free, see below")
+    first: str = Key(
+        "first body, which carries the axis; on flexible parts a frame, or an end or edge by its name, as "
+        '`"beam 1.end"` and `"film 1.left"`', within='a body, "ground", a frame, or an end or edge of a flexible part',
+    )  # fmt: skip
+    second: str = Key("second body, whose motion relative to the first is the motion of the joint", within="as `first`")
+    at: tuple[Length, Length, Length] = Key("place of the joint at the start, inertial axes")
+    axis: Axis | None = Key(
+        "axis of the joint at the start, inertial axes, of any length: of turning, of sliding, of the line, or "
+        "the normal of the plane", default=None, shown="required, but not with spherical, fixed and distance",
+    )  # fmt: skip
+    second_axis: Axis | None = Key(
+        "universal: axis of the cross on the second body at the start, at a right angle to `axis`, that on the "
+        "first body", default=None, shown="required with universal only",
+    )  # fmt: skip
+    to: tuple[Length, Length, Length] | None = Key(
+        "in-line, in-plane and distance: the point of the second body at the start, inertial axes", default=None,
+        shown="required with these kinds only"
+    )  # fmt: skip
+    angle: Angle = Key(
+        "angle of the joint at the start; turns are counted from here on", default=0.0,
+        within="kinds that turn about one axis"
     )  # fmt: skip
 
-    pitch: Length | None = Field(
-        default=None,
-        description="screw: displacement along the axis for one turn about it, negative for a left-hand thread",
-        json_schema_extra={"default": "required with screw only"},
-    )
+    pitch: Length | None = Key(
+        "screw: displacement along the axis for one turn about it, negative for a left-hand thread", default=None,
+        shown="required with screw only"
+    )  # fmt: skip
 
-    spring: Spring | None = Field(
-        default=None, description="spring on the coordinate, or the law of a crease with the keys of `[crease]`"
-    )
-    damper: Damper | None = Field(default=None, description="damper on the coordinate")
-    friction: Friction | None = Field(default=None, description="friction on the coordinate")
-    stop: Stop | None = Field(default=None, description="spring and damper beyond a limit")
-    latch: Latch | None = Field(default=None, description="stop against the way back, from the moment it is reached")
-    harness: Harness | None = Field(default=None, description="moment or force of a cable harness, with hysteresis")
-    motor: Motor | None = Field(default=None, description="prescribed motion of the coordinate, or a moment or force on it")
+    spring: Spring | None = Key("spring on the coordinate, or the law of a crease with the keys of `[crease]`", default=None)
+    damper: Damper | None = Key("damper on the coordinate", default=None)
+    friction: Friction | None = Key("friction on the coordinate", default=None)
+    stop: Stop | None = Key("spring and damper beyond a limit", default=None)
+    latch: Latch | None = Key("stop against the way back, from the moment it is reached", default=None)
+    harness: Harness | None = Key("moment or force of a cable harness, with hysteresis", default=None)
+    motor: Motor | None = Key("prescribed motion of the coordinate, or a moment or force on it", default=None)
 
     @field_validator("spring", "damper", "friction", "stop", "latch", "harness", "motor", mode="before")
     @classmethod

@@ -12,7 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from fsm.case.models.joint_motor import SlideMotor, TurnMotor
 from fsm.case.models.materials import FamilyCrease, LinearCrease, SplineCrease
-from fsm.case.schema.model import Model
+from fsm.case.schema.model import Key, Model
 from fsm.case.schema.units import (
     Angle,
     AngularDamping,
@@ -68,41 +68,28 @@ class _Spring(Model):
 class TurnSpring(_Spring):
     """Torsional spring; its moment on the second body is against the angle."""
 
-    law: Literal["spring"] = Field(
-        default="spring", description="a spring with the keys of this section", json_schema_extra={"default": '"spring"'}
-    )
-    stiffness: AngularStiffness = Field(
-        default=0.0, ge=0, description="stiffness of a torsional spring", json_schema_extra={"default": "0"}
-    )
-    rest: Angle | None = Field(
-        default=None, description="angle at which the moment is zero", json_schema_extra={"default": "that at the start"}
-    )
-    moment: Moment | None = Field(
-        default=None,
-        description="moment against the angle at the start, in place of `rest`: positive drives the angle down",
-        json_schema_extra={"default": "0, or that of `rest`"},
-    )
-    table: tuple[tuple[Angle, Moment], ...] | None = Field(
-        default=None,
-        description="rows (angle, moment against the angle), straight between and beyond them, in place of the other keys",
+    law: Literal["spring"] = Key("a spring with the keys of this section", default="spring", shown='"spring"')
+    stiffness: AngularStiffness = Key("stiffness of a torsional spring", default=0.0, ge=0, shown="0")
+    rest: Angle | None = Key("angle at which the moment is zero", default=None, shown="that at the start")
+    moment: Moment | None = Key(
+        "moment against the angle at the start, in place of `rest`: positive drives the angle down", default=None,
+        shown="0, or that of `rest`"
+    )  # fmt: skip
+    table: tuple[tuple[Angle, Moment], ...] | None = Key(
+        "rows (angle, moment against the angle), straight between and beyond them, in place of the other keys", default=None
     )
 
 
 class SlideSpring(_Spring):
     """Spring along the axis; its force on the second body is against the displacement."""
 
-    stiffness: Stiffness = Field(default=0.0, ge=0, description="stiffness of a spring along the axis")
-    rest: Length | None = Field(
-        default=None, description="displacement at which the force is zero", json_schema_extra={"default": "0"}
+    stiffness: Stiffness = Key("stiffness of a spring along the axis", default=0.0, ge=0)
+    rest: Length | None = Key("displacement at which the force is zero", default=None, shown="0")
+    force: Force | None = Key(
+        "force against the displacement at the start, in place of `rest`", default=None, shown="0, or that of `rest`"
     )
-    force: Force | None = Field(
-        default=None,
-        description="force against the displacement at the start, in place of `rest`",
-        json_schema_extra={"default": "0, or that of `rest`"},
-    )
-    table: tuple[tuple[Length, Force], ...] | None = Field(
-        default=None,
-        description="rows (displacement, force against it), straight between and beyond them, in place of the other keys",
+    table: tuple[tuple[Length, Force], ...] | None = Key(
+        "rows (displacement, force against it), straight between and beyond them, in place of the other keys", default=None
     )
 
 
@@ -118,18 +105,18 @@ class _Damper(Model):
 class TurnDamper(_Damper):
     """Moment against the rate of the angle."""
 
-    coefficient: AngularDamping | None = Field(default=None, ge=0, description="moment over the rate of the angle")
-    table: tuple[tuple[AngularSpeed, Moment], ...] | None = Field(
-        default=None, description="rows (rate, moment against it), straight between and beyond, in place of a coefficient"
+    coefficient: AngularDamping | None = Key("moment over the rate of the angle", default=None, ge=0)
+    table: tuple[tuple[AngularSpeed, Moment], ...] | None = Key(
+        "rows (rate, moment against it), straight between and beyond, in place of a coefficient", default=None
     )
 
 
 class SlideDamper(_Damper):
     """Force against the rate of the displacement."""
 
-    coefficient: Damping | None = Field(default=None, ge=0, description="force over the rate of the displacement")
-    table: tuple[tuple[Speed, Force], ...] | None = Field(
-        default=None, description="rows (rate, force against it), straight between and beyond, in place of a coefficient"
+    coefficient: Damping | None = Key("force over the rate of the displacement", default=None, ge=0)
+    table: tuple[tuple[Speed, Force], ...] | None = Key(
+        "rows (rate, force against it), straight between and beyond, in place of a coefficient", default=None
     )
 
 
@@ -152,25 +139,21 @@ class _Stop(Model):
 class TurnStop(_Stop):
     """Spring beyond an angle."""
 
-    lower: Angle | None = Field(default=None, description="smallest free angle", json_schema_extra={"default": "none"})
-    upper: Angle | None = Field(default=None, description="largest free angle", json_schema_extra={"default": "none"})
-    stiffness: AngularStiffness = Field(gt=0, description="stiffness beyond them")
-    damping: AngularDamping = Field(default=0.0, ge=0, description="damping beyond them; a stop never pulls")
-    restitution: Number | None = Field(
-        default=None, ge=0, le=1, description=_REBOUND
-    )
+    lower: Angle | None = Key("smallest free angle", default=None, shown="none")
+    upper: Angle | None = Key("largest free angle", default=None, shown="none")
+    stiffness: AngularStiffness = Key("stiffness beyond them", gt=0)
+    damping: AngularDamping = Key("damping beyond them; a stop never pulls", default=0.0, ge=0)
+    restitution: Number | None = Key(_REBOUND, default=None, ge=0, le=1)
 
 
 class SlideStop(_Stop):
     """Spring beyond a displacement."""
 
-    lower: Length | None = Field(default=None, description="least free displacement", json_schema_extra={"default": "none"})
-    upper: Length | None = Field(default=None, description="most free displacement", json_schema_extra={"default": "none"})
-    stiffness: Stiffness = Field(gt=0, description="stiffness beyond them")
-    damping: Damping = Field(default=0.0, ge=0, description="damping beyond them; a stop never pulls")
-    restitution: Number | None = Field(
-        default=None, ge=0, le=1, description=_REBOUND
-    )
+    lower: Length | None = Key("least free displacement", default=None, shown="none")
+    upper: Length | None = Key("most free displacement", default=None, shown="none")
+    stiffness: Stiffness = Key("stiffness beyond them", gt=0)
+    damping: Damping = Key("damping beyond them; a stop never pulls", default=0.0, ge=0)
+    restitution: Number | None = Key(_REBOUND, default=None, ge=0, le=1)
 
 
 class _Latch(Model):
@@ -183,33 +166,31 @@ class _Latch(Model):
 class TurnLatch(_Latch):
     """Latch that closes when the angle reaches it, and then holds the joint against the way back."""
 
-    at: Angle = Field(description="angle at which it closes, on either side of that at the start")
-    play: Angle = Field(default=0.0, ge=0, description="way back that it leaves")
-    stiffness: AngularStiffness = Field(gt=0, description="stiffness against the way back")
-    damping: AngularDamping = Field(default=0.0, ge=0, description="damping against it")
-    rate_below: Annotated[AngularSpeed, Field(gt=0)] | None = Field(
-        default=None, description='largest rate at which it closes, or "none" for any', json_schema_extra={"default": "any"}
+    at: Angle = Key("angle at which it closes, on either side of that at the start")
+    play: Angle = Key("way back that it leaves", default=0.0, ge=0)
+    stiffness: AngularStiffness = Key("stiffness against the way back", gt=0)
+    damping: AngularDamping = Key("damping against it", default=0.0, ge=0)
+    rate_below: Annotated[AngularSpeed, Field(gt=0)] | None = Key(
+        'largest rate at which it closes, or "none" for any', default=None, shown="any"
     )
-    opens_at: Annotated[Moment, Field(gt=0)] | None = Field(
-        default=None, description="moment against the way back at which it opens for good",
-        json_schema_extra={"default": "it never opens"},
-    )  # fmt: skip
+    opens_at: Annotated[Moment, Field(gt=0)] | None = Key(
+        "moment against the way back at which it opens for good", default=None, shown="it never opens"
+    )
 
 
 class SlideLatch(_Latch):
     """Latch that closes when the displacement reaches it, and then holds the joint against the way back."""
 
-    at: Length = Field(description="displacement at which it closes, on either side of 0")
-    play: Length = Field(default=0.0, ge=0, description="way back that it leaves")
-    stiffness: Stiffness = Field(gt=0, description="stiffness against the way back")
-    damping: Damping = Field(default=0.0, ge=0, description="damping against it")
-    rate_below: Annotated[Speed, Field(gt=0)] | None = Field(
-        default=None, description='largest speed at which it closes, or "none" for any', json_schema_extra={"default": "any"}
+    at: Length = Key("displacement at which it closes, on either side of 0")
+    play: Length = Key("way back that it leaves", default=0.0, ge=0)
+    stiffness: Stiffness = Key("stiffness against the way back", gt=0)
+    damping: Damping = Key("damping against it", default=0.0, ge=0)
+    rate_below: Annotated[Speed, Field(gt=0)] | None = Key(
+        'largest speed at which it closes, or "none" for any', default=None, shown="any"
     )
-    opens_at: Annotated[Force, Field(gt=0)] | None = Field(
-        default=None, description="force against the way back at which it opens for good",
-        json_schema_extra={"default": "it never opens"},
-    )  # fmt: skip
+    opens_at: Annotated[Force, Field(gt=0)] | None = Key(
+        "force against the way back at which it opens for good", default=None, shown="it never opens"
+    )
 
 
 class _Friction(Model):
@@ -239,19 +220,18 @@ class TurnFriction(_Friction):
         """Largest slope of the constant part of law "coulomb" by the rate, N m s/rad."""
         return (self.moment or 0.0) / (self.slip_rate or LEAST_RATE[True])
 
-    moment: Moment | None = Field(default=None, ge=0, description="moment during sliding")
-    coefficient: Number | None = Field(
-        default=None, ge=0, description="moment over radius and reaction force of the joint, added to `moment`"
+    moment: Moment | None = Key("moment during sliding", default=None, ge=0)
+    coefficient: Number | None = Key(
+        "moment over radius and reaction force of the joint, added to `moment`", default=None, ge=0
     )
-    radius: Annotated[Length, Field(gt=0)] | None = Field(default=None, description="radius of the bearing")
-    law: Literal["coulomb", "lugre"] = Field(default="coulomb", description=_LAW)
-    slip_rate: Annotated[AngularSpeed, Field(gt=0)] | None = Field(
-        default=None,
-        description='"coulomb": M tanh(rate/slip_rate); "lugre": rate below which bristles damp',
-        json_schema_extra={"default": '1e-3 rad/s; "lugre": presliding/(10 ms)'},
-    )
-    presliding: Annotated[Angle, Field(gt=0)] | None = Field(
-        default=None, description='"lugre": deflection of sliding bristles', json_schema_extra={"default": "1e-3 rad"}
+    radius: Annotated[Length, Field(gt=0)] | None = Key("radius of the bearing", default=None)
+    law: Literal["coulomb", "lugre"] = Key(_LAW, default="coulomb")
+    slip_rate: Annotated[AngularSpeed, Field(gt=0)] | None = Key(
+        '"coulomb": M tanh(rate/slip_rate); "lugre": rate below which bristles damp', default=None,
+        shown='1e-3 rad/s; "lugre": presliding/(10 ms)'
+    )  # fmt: skip
+    presliding: Annotated[Angle, Field(gt=0)] | None = Key(
+        '"lugre": deflection of sliding bristles', default=None, shown="1e-3 rad"
     )
 
 
@@ -263,18 +243,15 @@ class SlideFriction(_Friction):
         """Largest slope of the constant part of law "coulomb" by the rate, N s/m."""
         return (self.force or 0.0) / (self.slip_rate or LEAST_RATE[False])
 
-    force: Force | None = Field(default=None, ge=0, description="force during sliding")
-    coefficient: Number | None = Field(
-        default=None, ge=0, description="force over the reaction force of the joint, added to `force`"
-    )
-    law: Literal["coulomb", "lugre"] = Field(default="coulomb", description=_LAW)
-    slip_rate: Annotated[Speed, Field(gt=0)] | None = Field(
-        default=None,
-        description='"coulomb": F tanh(rate/slip_rate); "lugre": rate below which bristles damp',
-        json_schema_extra={"default": '1e-4 m/s; "lugre": presliding/(10 ms)'},
-    )
-    presliding: Annotated[Length, Field(gt=0)] | None = Field(
-        default=None, description='"lugre": deflection of sliding bristles', json_schema_extra={"default": "1e-5 m"}
+    force: Force | None = Key("force during sliding", default=None, ge=0)
+    coefficient: Number | None = Key("force over the reaction force of the joint, added to `force`", default=None, ge=0)
+    law: Literal["coulomb", "lugre"] = Key(_LAW, default="coulomb")
+    slip_rate: Annotated[Speed, Field(gt=0)] | None = Key(
+        '"coulomb": F tanh(rate/slip_rate); "lugre": rate below which bristles damp', default=None,
+        shown='1e-4 m/s; "lugre": presliding/(10 ms)'
+    )  # fmt: skip
+    presliding: Annotated[Length, Field(gt=0)] | None = Key(
+        '"lugre": deflection of sliding bristles', default=None, shown="1e-5 m"
     )
 
 
@@ -302,23 +279,23 @@ _CURVES = "rows (coordinate, effort against it while it increases, while it decr
 class TurnHarness(_Harness):
     """Moment of a cable harness over the angle, with hysteresis."""
 
-    data: str | None = Field(
-        default=None, description="CSV file with the columns `angle`, `opening` and `closing`, relative to the case file"
+    data: str | None = Key(
+        "CSV file with the columns `angle`, `opening` and `closing`, relative to the case file", default=None
     )
-    table: tuple[tuple[Angle, Moment, Moment], ...] | None = Field(default=None, description=_CURVES)
-    reversal: Angle = Field(
-        default=math.radians(1.0), gt=0, description="change of the angle from the mean to either curve after a reversal"
+    table: tuple[tuple[Angle, Moment, Moment], ...] | None = Key(_CURVES, default=None)
+    reversal: Angle = Key(
+        "change of the angle from the mean to either curve after a reversal", default=math.radians(1.0), gt=0
     )
 
 
 class SlideHarness(_Harness):
     """Force of a cable harness over the displacement, with hysteresis."""
 
-    data: str | None = Field(
-        default=None, description="CSV file with the columns `travel`, `opening` and `closing`, relative to the case file"
+    data: str | None = Key(
+        "CSV file with the columns `travel`, `opening` and `closing`, relative to the case file", default=None
     )
-    table: tuple[tuple[Length, Force, Force], ...] | None = Field(default=None, description=_CURVES)
-    reversal: Length = Field(default=1e-3, gt=0, description="way from the mean to either curve after a reversal")
+    table: tuple[tuple[Length, Force, Force], ...] | None = Key(_CURVES, default=None)
+    reversal: Length = Key("way from the mean to either curve after a reversal", default=1e-3, gt=0)
 
 
 OF_TURNS: Sections = {

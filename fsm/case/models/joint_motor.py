@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any, Self
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from fsm.case.models.time_program import Constant, Table, TimeFunction
-from fsm.case.schema.model import Model
+from fsm.case.schema.model import Key, Model
 from fsm.case.schema.units import Angle, AngularSpeed, Force, Length, Moment, Number, Speed
 
 
@@ -81,28 +81,23 @@ class _Motor(Model):
             raise ValueError(f"`{curve}` has two rows or more, sorted by the speed")
         return self
 
-    time: TimeFunction | None = Field(
-        default=None,
-        description="[function of time](#functions-of-time) of the amount",
-        json_schema_extra={"default": "constant"},
-    )
-    ratio: Number = Field(default=1.0, gt=0, description="turns of the motor for one of the joint")
-    free_wheel: bool = Field(default=False, description="whether the joint may run ahead: the motor never brakes")
+    time: TimeFunction | None = Key("[function of time](#functions-of-time) of the amount", default=None, shown="constant")
+    ratio: Number = Key("turns of the motor for one of the joint", default=1.0, gt=0)
+    free_wheel: bool = Key("whether the joint may run ahead: the motor never brakes", default=False)
 
 
 class TurnMotor(_Motor):
     """Prescribed angle or rate, or a moment."""
 
-    speed: AngularSpeed | None = Field(
-        default=None, description="rate of the angle, times `time`; with `torque_speed` that up to which it pushes"
+    speed: AngularSpeed | None = Key(
+        "rate of the angle, times `time`; with `torque_speed` that up to which it pushes", default=None
     )
-    angle: Angle | None = Field(default=None, description="change of the angle from the start, times `time`")
-    torque: Moment | None = Field(default=None, description="moment of the motor, times `time`; times `ratio` at the joint")
-    torque_speed: tuple[tuple[AngularSpeed, Moment], ...] | str | None = Field(
-        default=None,
-        description="rows (speed, torque) of the motor, or a CSV file with the columns `speed` and `torque`; straight "
-        "between and beyond the rows",
-    )
+    angle: Angle | None = Key("change of the angle from the start, times `time`", default=None)
+    torque: Moment | None = Key("moment of the motor, times `time`; times `ratio` at the joint", default=None)
+    torque_speed: tuple[tuple[AngularSpeed, Moment], ...] | str | None = Key(
+        "rows (speed, torque) of the motor, or a CSV file with the columns `speed` and `torque`; straight "
+        "between and beyond the rows", default=None,
+    )  # fmt: skip
 
     @property
     def way(self) -> float | None:
@@ -123,13 +118,13 @@ class TurnMotor(_Motor):
 class SlideMotor(_Motor):
     """Prescribed displacement or rate, or a force."""
 
-    speed: Speed | None = Field(
-        default=None, description="speed along the axis, times `time`; with `force_speed` that up to which it pushes"
+    speed: Speed | None = Key(
+        "speed along the axis, times `time`; with `force_speed` that up to which it pushes", default=None
     )
-    travel: Length | None = Field(default=None, description="displacement from the start, times `time`")
-    force: Force | None = Field(default=None, description="force of the motor, times `time`; times `ratio` at the joint")
-    force_speed: tuple[tuple[Speed, Force], ...] | None = Field(
-        default=None, description="rows (speed, force) of the motor, straight between and beyond them"
+    travel: Length | None = Key("displacement from the start, times `time`", default=None)
+    force: Force | None = Key("force of the motor, times `time`; times `ratio` at the joint", default=None)
+    force_speed: tuple[tuple[Speed, Force], ...] | None = Key(
+        "rows (speed, force) of the motor, straight between and beyond them", default=None
     )
 
     @property

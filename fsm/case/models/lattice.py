@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
-from fsm.case.schema.model import Model
+from fsm.case.schema.model import Key, Model
 from fsm.case.schema.units import Angle, AngularStiffness, Count, Density, Length, Stiffness, Stress, Time
 
 MOST_SQUARES = 20_000
@@ -25,47 +25,34 @@ class Lattice(Model):
     ligament joins each pair of corners. Its stiffness is given by three springs or follows from a beam.
     """
 
-    columns: Count = Field(ge=1, le=1000, description="number of squares along x")
-    rows: Count = Field(ge=1, le=1000, description="number of squares along z")
-    spacing: Length = Field(gt=0, description="distance between centres of neighbours")
-    hinge_length: Length = Field(gt=0, description="length of a hinge without force")
-    angle: Angle = Field(
-        ge=0, lt=0.7853981633974483, description="rotation of every square, from the position with corners along x and z"
+    columns: Count = Key("number of squares along x", ge=1, le=1000)
+    rows: Count = Key("number of squares along z", ge=1, le=1000)
+    spacing: Length = Key("distance between centres of neighbours", gt=0)
+    hinge_length: Length = Key("length of a hinge without force", gt=0)
+    angle: Angle = Key("rotation of every square, from the position with corners along x and z", ge=0, lt=0.7853981633974483)
+    axial: Stiffness | None = Key(
+        "stiffness of a hinge against a change of its length", default=None, gt=0, shown="needed without `hinge_young`"
     )
-    axial: Stiffness | None = Field(
-        default=None, gt=0, description="stiffness of a hinge against a change of its length",
-        json_schema_extra={"default": "needed without `hinge_young`"},
+    shear: Stiffness | None = Key(
+        "stiffness of a hinge against a displacement of its ends across it", default=None, ge=0,
+        shown="needed without `hinge_young`"
     )  # fmt: skip
-    shear: Stiffness | None = Field(
-        default=None, ge=0, description="stiffness of a hinge against a displacement of its ends across it",
-        json_schema_extra={"default": "needed without `hinge_young`"},
+    rotational: AngularStiffness | None = Key(
+        "stiffness of a hinge against a relative rotation of its squares", default=None, ge=0,
+        shown="needed without `hinge_young`"
     )  # fmt: skip
-    rotational: AngularStiffness | None = Field(
-        default=None, ge=0, description="stiffness of a hinge against a relative rotation of its squares",
-        json_schema_extra={"default": "needed without `hinge_young`"},
-    )  # fmt: skip
-    hinge_young: Stress | None = Field(
-        default=None, gt=0,
-        description="Young's modulus of hinges that are beams as wide as `depth`, in place of the three stiffnesses",
-    )  # fmt: skip
-    hinge_thickness: Length | None = Field(
-        default=None,
-        gt=0,
-        description="thickness of these beams",
-        json_schema_extra={"default": "needed with `hinge_young`"},
+    hinge_young: Stress | None = Key(
+        "Young's modulus of hinges that are beams as wide as `depth`, in place of the three stiffnesses", default=None, gt=0
     )
-    hinge_clamp: Length | None = Field(
-        default=None, gt=0,
-        description="depth inside each square at which these beams are clamped; their free length is `hinge_length` + 2 "
-        "`hinge_clamp`",
-        json_schema_extra={"default": "0, at the corners"},
+    hinge_thickness: Length | None = Key("thickness of these beams", default=None, gt=0, shown="needed with `hinge_young`")
+    hinge_clamp: Length | None = Key(
+        "depth inside each square at which these beams are clamped; their free length is `hinge_length` + 2 "
+        "`hinge_clamp`", default=None, gt=0, shown="0, at the corners",
     )  # fmt: skip
-    depth: Length = Field(gt=0, description="size normal to the plane")
-    density: Density = Field(gt=0, description="density of the squares")
-    damping: Time = Field(default=0.0, ge=0, description="Kelvin-Voigt time of the hinges")
-    held: tuple[Edge, ...] | None = Field(
-        default=None, description="edges whose squares do not move", json_schema_extra={"default": '["bottom"]'}
-    )
+    depth: Length = Key("size normal to the plane", gt=0)
+    density: Density = Key("density of the squares", gt=0)
+    damping: Time = Key("Kelvin-Voigt time of the hinges", default=0.0, ge=0)
+    held: tuple[Edge, ...] | None = Key("edges whose squares do not move", default=None, shown='["bottom"]')
 
     @model_validator(mode="after")
     def _one_kind_of_hinge(self) -> Self:

@@ -9,10 +9,10 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any, ClassVar, Final, NamedTuple, NoReturn
 
-from pydantic import Field, ValidationError, ValidationInfo, field_validator
+from pydantic import ValidationError, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError, PydanticKnownError
 
-from fsm.case.schema.model import Model, Name
+from fsm.case.schema.model import Key, Model, Name
 from fsm.case.schema.units import Length, did_you_mean, with_unit
 from fsm.registry import POINT_KINDS, AddedLaw
 
@@ -151,13 +151,8 @@ def _text(detail: Any, keys: list[str]) -> str:
 class BodyPoint(Model):
     """Point of a body, of a frame, or of the ground."""
 
-    body: str = Field(
-        description="body, frame or ground that carries the point",
-        json_schema_extra={"range": 'a body, a frame or "ground"'},
-    )
-    point: tuple[Length, Length, Length] = Field(
-        default=(0.0, 0.0, 0.0), description="point, body axes, from the centre of mass"
-    )
+    body: str = Key("body, frame or ground that carries the point", within='a body, a frame or "ground"')
+    point: tuple[Length, Length, Length] = Key("point, body axes, from the centre of mass", default=(0.0, 0.0, 0.0))
 
 
 class PointElement(LawSection):
@@ -165,12 +160,10 @@ class PointElement(LawSection):
 
     chosen_by: ClassVar[str] = "kind"
 
-    name: Name = Field(description="name of the element")
-    kind: str = Field(description="name of the kind", json_schema_extra={"range": "a kind of an extension"})
-    points: tuple[BodyPoint, ...] = Field(
-        min_length=2, description="points, in the order of the kind", json_schema_extra={"range": "as many as the kind has"}
-    )
-    parameters: dict[str, Any] | None = Field(default=None, description="parameters of the kind")
+    name: Name = Key("name of the element")
+    kind: str = Key("name of the kind", within="a kind of an extension")
+    points: tuple[BodyPoint, ...] = Key("points, in the order of the kind", min_length=2, within="as many as the kind has")
+    parameters: dict[str, Any] | None = Key("parameters of the kind", default=None)
 
     @classmethod
     def added(cls, name: object) -> Mapping[str, AddedLaw]:

@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from fsm.case.models.time_program import Constant, Ramp, Table, TimeFunction, normalised, steepest
-from fsm.case.schema.model import Model, Name
+from fsm.case.schema.model import Key, Model, Name
 from fsm.case.schema.units import Angle, AngularSpeed, Count, Force, ForceOfLine, Length, Moment, Number, Speed, Stress
 
 Vector = tuple[float, float, float]
@@ -28,44 +28,30 @@ class Load(Model):
     If the table of `time` has a column `force` or `moment`, the vector gives the direction only.
     """
 
-    name: Name | None = Field(
-        default=None,
-        description="name for a change or `release` in a later step",
-        json_schema_extra={"default": '"load on" its body or place'},
+    name: Name | None = Key(
+        "name for a change or `release` in a later step", default=None, shown='"load on" its body or place'
     )
-    body: str | None = Field(
-        default=None, description='name of the body, in a strip for example "panel 3 segment 1"; give this or `at`'
+    body: str | None = Key('name of the body, in a strip for example "panel 3 segment 1"; give this or `at`', default=None)
+    at: Name | Box | None = Key(
+        "place of a sheet, as in `[[sheet.support]]`. Vertices share `force` in equal parts; flexible facets "
+        "also share `moment`", default=None,
+    )  # fmt: skip
+    point: tuple[Length, Length, Length] = Key(
+        "point of the force, in body axes from the centre of mass", default=(0.0, 0.0, 0.0)
     )
-    at: Name | Box | None = Field(
-        default=None,
-        description="place of a sheet, as in `[[sheet.support]]`. Vertices share `force` in equal parts; flexible facets "
-        "also share `moment`",
+    force: tuple[Force, Force, Force] = Key("force, inertial axes", default=(0.0, 0.0, 0.0))
+    moment: tuple[Moment, Moment, Moment] = Key("couple, inertial axes", default=(0.0, 0.0, 0.0))
+    force_per_length: tuple[ForceOfLine, ForceOfLine, ForceOfLine] = Key(
+        "force along an edge of flexible facets", default=(0.0, 0.0, 0.0)
     )
-    point: tuple[Length, Length, Length] = Field(
-        default=(0.0, 0.0, 0.0), description="point of the force, in body axes from the centre of mass"
-    )
-    force: tuple[Force, Force, Force] = Field(default=(0.0, 0.0, 0.0), description="force, inertial axes")
-    moment: tuple[Moment, Moment, Moment] = Field(default=(0.0, 0.0, 0.0), description="couple, inertial axes")
-    force_per_length: tuple[ForceOfLine, ForceOfLine, ForceOfLine] = Field(
-        default=(0.0, 0.0, 0.0), description="force along an edge of flexible facets"
-    )
-    moment_per_length: tuple[Force, Force, Force] = Field(
-        default=(0.0, 0.0, 0.0), description="couple along an edge of flexible facets"
-    )
-    pressure: Stress | None = Field(
-        default=None,
-        description='pressure on facets of a sheet, with `at = "all"`, "facet 3" or "facets 1, 2". The pressure stays '
-        "normal to the deformed facets; a positive pressure acts along their normals",
-    )
-    follower: bool = Field(default=False, description="force and moment are in body axes")
-    time: TimeFunction | None = Field(
-        default=None,
-        description="factor over time: a ramp, a table or a cycle",
-        json_schema_extra={"default": "constant"},
-    )
-    step: str | None = Field(
-        default=None, description="step in which the load begins", json_schema_extra={"default": "the first"}
-    )
+    moment_per_length: tuple[Force, Force, Force] = Key("couple along an edge of flexible facets", default=(0.0, 0.0, 0.0))
+    pressure: Stress | None = Key(
+        'pressure on facets of a sheet, with `at = "all"`, "facet 3" or "facets 1, 2". The pressure stays '
+        "normal to the deformed facets; a positive pressure acts along their normals", default=None,
+    )  # fmt: skip
+    follower: bool = Key("force and moment are in body axes", default=False)
+    time: TimeFunction | None = Key("factor over time: a ramp, a table or a cycle", default=None, shown="constant")
+    step: str | None = Key("step in which the load begins", default=None, shown="the first")
 
     @property
     def called(self) -> str:
@@ -133,81 +119,62 @@ class Drive(Model):
     With `speed` or `rate` the motion has a smooth start and then a constant speed; with `time` it is a function of time.
     """
 
-    name: Name | None = Field(
-        default=None,
-        description="name for `release` in a later step",
-        json_schema_extra={"default": 'name of the driven part, "crease 3"'},
+    name: Name | None = Key("name for `release` in a later step", default=None, shown='name of the driven part, "crease 3"')
+    crease: Count | None = Key(
+        "driven crease line of a strip; a drive has one of `crease`, `panel`, `end`, `body`, `bodies`, `edge` " "and `at`",
+        default=None, within="1 to panels - 1, not of a held panel"
+    )  # fmt: skip
+    panel: Count | None = Key(
+        "driven panel of a strip, gripped as a whole: its segments translate without rotation, or turn", default=None,
+        within="1 to panels, not held"
+    )  # fmt: skip
+    end: Literal["first", "last"] | None = Key(
+        "driven end line of a strip, about which the panel there can rotate", default=None
     )
-    crease: Count | None = Field(
-        default=None,
-        description="driven crease line of a strip; a drive has one of `crease`, `panel`, `end`, `body`, `bodies`, `edge` "
-        "and `at`",
-        json_schema_extra={"range": "1 to panels - 1, not of a held panel"},
+    body: str | None = Key(
+        "driven body: with `travel` it translates without rotation, with `turn` it rotates about a fixed axis", default=None
     )
-    panel: Count | None = Field(
-        default=None,
-        description="driven panel of a strip, gripped as a whole: its segments translate without rotation, or turn",
-        json_schema_extra={"range": "1 to panels, not held"},
+    bodies: Annotated[tuple[str, ...], Field(min_length=1)] | None = Key(
+        "driven bodies, which move together; the drive force is the sum over all bodies", default=None
     )
-    end: Literal["first", "last"] | None = Field(
-        default=None, description="driven end line of a strip, about which the panel there can rotate"
+    edge: DrivenEdge | None = Key(
+        "driven edge of a lattice (the first four), whose squares translate together without rotation, or of a " "sheet",
+        default=None
+    )  # fmt: skip
+    at: Name | Box | None = Key("driven place of a sheet, as in `[[sheet.support]]`", default=None)
+    direction: tuple[Number, Number, Number] = Key(
+        "direction of the motion, of any length", default=(0.0, 0.0, 1.0), within="not zero"
     )
-    body: str | None = Field(
-        default=None,
-        description="driven body: with `travel` it translates without rotation, with `turn` it rotates about a fixed axis",
+    speed: Annotated[Speed, Field(gt=0)] | None = Key(
+        "speed after the run-up; give this or `time` with a travel", default=None
     )
-    bodies: Annotated[tuple[str, ...], Field(min_length=1)] | None = Field(
-        default=None, description="driven bodies, which move together; the drive force is the sum over all bodies"
+    travel: Annotated[Length, Field(gt=0)] | None = Key("displacement; give this or `turn`", default=None)
+    run_up: Annotated[Length, Field(ge=0)] | None = Key(
+        "travel over which the speed increases from zero", default=None, shown="1 % of the travel", within="0 to travel"
     )
-    edge: DrivenEdge | None = Field(
-        default=None,
-        description="driven edge of a lattice (the first four), whose squares translate together without rotation, or of a "
-        "sheet",
+    turn: Annotated[Angle, Field(gt=0)] | None = Key(
+        "rotation about the axis. A place of flexible facets is then clamped in a rigid end", default=None
     )
-    at: Name | Box | None = Field(default=None, description="driven place of a sheet, as in `[[sheet.support]]`")
-    direction: tuple[Number, Number, Number] = Field(
-        default=(0.0, 0.0, 1.0),
-        description="direction of the motion, of any length",
-        json_schema_extra={"range": "not zero"},
+    rate: Annotated[AngularSpeed, Field(gt=0)] | None = Key(
+        "angular speed after a run-up of 1 % of the turn; give this or `time` with a turn", default=None
     )
-    speed: Annotated[Speed, Field(gt=0)] | None = Field(
-        default=None, description="speed after the run-up; give this or `time` with a travel"
+    axis: tuple[Number, Number, Number] = Key(
+        "direction of the axis of a turn; in the plane along y", default=(0.0, 1.0, 0.0), within="not zero"
     )
-    travel: Annotated[Length, Field(gt=0)] | None = Field(default=None, description="displacement; give this or `turn`")
-    run_up: Annotated[Length, Field(ge=0)] | None = Field(
-        default=None,
-        description="travel over which the speed increases from zero",
-        json_schema_extra={"default": "1 % of the travel", "range": "0 to travel"},
-    )
-    turn: Annotated[Angle, Field(gt=0)] | None = Field(
-        default=None, description="rotation about the axis. A place of flexible facets is then clamped in a rigid end"
-    )
-    rate: Annotated[AngularSpeed, Field(gt=0)] | None = Field(
-        default=None, description="angular speed after a run-up of 1 % of the turn; give this or `time` with a turn"
-    )
-    axis: tuple[Number, Number, Number] = Field(
-        default=(0.0, 1.0, 0.0),
-        description="direction of the axis of a turn; in the plane along y",
-        json_schema_extra={"range": "not zero"},
-    )
-    point: tuple[Length, Length, Length] | None = Field(
-        default=None,
-        description="point on the axis, in space",
-        json_schema_extra={"default": "center of mass of the first body, or centre of the place of a sheet"},
-    )
+    point: tuple[Length, Length, Length] | None = Key(
+        "point on the axis, in space", default=None,
+        shown="center of mass of the first body, or centre of the place of a sheet"
+    )  # fmt: skip
     time: TimeFunction | None = Field(
         default=None,
         description="program over time, a [function of time](#functions-of-time) that multiplies `travel` or `turn`",
     )
-    step: str | None = Field(
-        default=None, description="step in which the drive begins", json_schema_extra={"default": "the first"}
-    )
-    guide: bool = Field(
-        default=True,
-        description="for a crease line or end line of a strip, and vertices of a sheet. true: no motion across the "
+    step: str | None = Key("step in which the drive begins", default=None, shown="the first")
+    guide: bool = Key(
+        "for a crease line or end line of a strip, and vertices of a sheet. true: no motion across the "
         "direction, and the line cannot rotate. false: only the motion along the direction is prescribed, in space. With "
-        "`turn`, for flexible facets: false: the rigid end can translate, only its rotation is prescribed",
-    )
+        "`turn`, for flexible facets: false: the rigid end can translate, only its rotation is prescribed", default=True,
+    )  # fmt: skip
 
     @property
     def moved(self) -> tuple[str, ...]:

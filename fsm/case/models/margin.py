@@ -7,7 +7,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from fsm.case.schema.model import Model
+from fsm.case.schema.model import Key, Model
 from fsm.case.schema.units import Angle, Moment, Number
 
 _Factor = Annotated[Number, Field(ge=0)]
@@ -17,15 +17,15 @@ _Size = Annotated[Moment, Field(ge=0)]
 class MarginFactors(Model):
     """Minimum factors of ECSS-E-ST-33-01C, 4.7.5.3, for values from theory; tests allow smaller ones."""
 
-    inertia: _Factor = Field(default=1.1, description="of `inertia`")
-    spring: _Factor = Field(default=1.2, description="of springs that act against the motion")
-    motor: _Factor = Field(default=1.5, description="of `motor_losses`")
-    friction: _Factor = Field(default=3.0, description="of friction")
-    hysteresis: _Factor = Field(default=3.0, description="of `hysteresis`")
-    harness: _Factor = Field(default=3.0, description="of `harness` and `harness_table`")
-    adhesion: _Factor = Field(default=3.0, description="of `adhesion`")
-    motorisation: _Factor = Field(default=2.0, description="of the sum of all of these")
-    dynamic: _Factor = Field(default=1.25, description="of `dynamic`")
+    inertia: _Factor = Key("of `inertia`", default=1.1)
+    spring: _Factor = Key("of springs that act against the motion", default=1.2)
+    motor: _Factor = Key("of `motor_losses`", default=1.5)
+    friction: _Factor = Key("of friction", default=3.0)
+    hysteresis: _Factor = Key("of `hysteresis`", default=3.0)
+    harness: _Factor = Key("of `harness` and `harness_table`", default=3.0)
+    adhesion: _Factor = Key("of `adhesion`", default=3.0)
+    motorisation: _Factor = Key("of the sum of all of these", default=2.0)
+    dynamic: _Factor = Key("of `dynamic`", default=1.25)
 
 
 class Margin(Model):
@@ -35,25 +35,23 @@ class Margin(Model):
     friction without the part that follows the reaction, and its harness, are required. Other moments are given here.
     """
 
-    joint: str = Field(description="names of joints: `*` is any text, `?` any letter")
-    end: Angle | None = Field(
-        default=None,
-        description="angle at the end of travel",
-        json_schema_extra={"default": "that of the latch, else that of the motor, else 0"},
+    joint: str = Key("names of joints: `*` is any text, `?` any letter")
+    end: Angle | None = Key(
+        "angle at the end of travel", default=None, shown="that of the latch, else that of the motor, else 0"
     )
-    actuator: _Size = Field(default=0.0, description="least moment of an actuator beside the springs of the joint")
-    friction: _Size = Field(default=0.0, description="friction, beside that of the joint")
-    harness: _Size = Field(default=0.0, description="resistance of a cable harness, beside that of the joint")
-    harness_table: tuple[tuple[Angle, Moment], ...] | None = Field(
-        default=None, description="rows (angle, resistance of the harness), straight between them, sorted by the angle"
+    actuator: _Size = Key("least moment of an actuator beside the springs of the joint", default=0.0)
+    friction: _Size = Key("friction, beside that of the joint", default=0.0)
+    harness: _Size = Key("resistance of a cable harness, beside that of the joint", default=0.0)
+    harness_table: tuple[tuple[Angle, Moment], ...] | None = Key(
+        "rows (angle, resistance of the harness), straight between them, sorted by the angle", default=None
     )
-    hysteresis: _Size = Field(default=0.0, description="hysteresis of springs and harness")
-    adhesion: _Size = Field(default=0.0, description="adhesion of separable surfaces")
-    motor_losses: _Size = Field(default=0.0, description="magnetic losses of a motor")
-    inertia: _Size = Field(default=0.0, description="inertial moment of the parts that accelerate")
-    dynamic: _Size = Field(default=0.0, description="inertial moment of an acceleration that is specified")
-    deliverable: _Size = Field(default=0.0, description="moment that the joint has to deliver, without a factor")
-    factors: MarginFactors = Field(default=MarginFactors(), description="factors of the parts of the required moment")
+    hysteresis: _Size = Key("hysteresis of springs and harness", default=0.0)
+    adhesion: _Size = Key("adhesion of separable surfaces", default=0.0)
+    motor_losses: _Size = Key("magnetic losses of a motor", default=0.0)
+    inertia: _Size = Key("inertial moment of the parts that accelerate", default=0.0)
+    dynamic: _Size = Key("inertial moment of an acceleration that is specified", default=0.0)
+    deliverable: _Size = Key("moment that the joint has to deliver, without a factor", default=0.0)
+    factors: MarginFactors = Key("factors of the parts of the required moment", default=MarginFactors())
 
     @model_validator(mode="after")
     def _sorted(self) -> Self:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
-from fsm.case.schema.model import Model
+from fsm.case.schema.model import Key, Model
 from fsm.case.schema.units import (
     Angle,
     AngularStiffness,
@@ -43,18 +43,15 @@ DAMPING = 1e-3
 class Material(Model):
     """Isotropic sheet material."""
 
-    young: Stress = Field(gt=0, description="Young's modulus")
-    poisson: Number = Field(default=0.3, gt=-1, lt=0.5, description="Poisson's ratio")
-    density: Density = Field(gt=0, description="density")
-    plate: bool = Field(default=False, description="bending about the creases with E/(1 - nu^2), for wide strips")
-    damping: Annotated[Time, Field(ge=0)] | None = Field(
-        default=None,
-        description="Kelvin-Voigt time beta: every spring has the damping c = beta k, which shifts the force by beta",
-        json_schema_extra={
-            "default": "1e-3; strip with a slow drive: at most 5e-5 of its duration; sheet of flexible facets or bars: 0, "
-            "with `fold_to` 1 % of `solve.end_time`",
-        },
-    )
+    young: Stress = Key("Young's modulus", gt=0)
+    poisson: Number = Key("Poisson's ratio", default=0.3, gt=-1, lt=0.5)
+    density: Density = Key("density", gt=0)
+    plate: bool = Key("bending about the creases with E/(1 - nu^2), for wide strips", default=False)
+    damping: Annotated[Time, Field(ge=0)] | None = Key(
+        "Kelvin-Voigt time beta: every spring has the damping c = beta k, which shifts the force by beta", default=None,
+        shown="1e-3; strip with a slow drive: at most 5e-5 of its duration; sheet of flexible facets or bars: 0, "
+        "with `fold_to` 1 % of `solve.end_time`",
+    )  # fmt: skip
 
     def bending(self, width: float, thickness: float) -> float:
         """Bending stiffness of a sheet, E w t^3/12, N m^2; divided by 1 - nu^2 if `plate` is true."""
@@ -74,25 +71,18 @@ DataZero = Annotated[Angle, Field(ge=-2 * math.pi, le=2 * math.pi)]
 class LinearCrease(Model):
     """Linear crease moment, M = k (psi - rest)."""
 
-    law: Literal["linear"] = Field(
-        default="linear",
-        description=_LAW,
-        json_schema_extra={
-            "default": 'needed, except beside `stiffness_per_length` ("linear"), `library` ("spline") and `file` ("family")'
-        },
+    law: Literal["linear"] = Key(
+        _LAW, default="linear",
+        shown='needed, except beside `stiffness_per_length` ("linear"), `library` ("spline") and `file` ("family")'
+    )  # fmt: skip
+    stiffness: AngularStiffness = Key(
+        "stiffness of the whole width of the strip", ge=0, shown="needed, or `stiffness_per_length` for a sheet"
     )
-    stiffness: AngularStiffness = Field(
-        ge=0,
-        description="stiffness of the whole width of the strip",
-        json_schema_extra={"default": "needed, or `stiffness_per_length` for a sheet"},
+    stiffness_per_length: Annotated[StiffnessOfLine, Field(ge=0)] | None = Key(
+        "stiffness of the creases of a sheet over their length, instead of `stiffness`", default=None
     )
-    stiffness_per_length: Annotated[StiffnessOfLine, Field(ge=0)] | None = Field(
-        default=None, description="stiffness of the creases of a sheet over their length, instead of `stiffness`"
-    )
-    rest_angle: FoldAngle | None = Field(
-        default=None,
-        description="crease angle (0 flat, pi closed) at which the moment is zero",
-        json_schema_extra={"default": "as folded"},
+    rest_angle: FoldAngle | None = Key(
+        "crease angle (0 flat, pi closed) at which the moment is zero", default=None, shown="as folded"
     )
 
     @classmethod
@@ -130,45 +120,33 @@ class SplineCrease(Model):
     from its rest angle towards flat. A positive moment resists the opening.
     """
 
-    law: Literal["spline"] = Field(description=_LAW)
-    data: Path | None = Field(default=None, description="CSV file, relative to the case file")
-    angle_unit: Annotated[str, AfterValidator(_angle_unit)] | None = Field(
-        default=None,
-        description="unit of angles if the header of the file has none",
-        json_schema_extra={"default": "unit of plain numbers"},
+    law: Literal["spline"] = Key(_LAW)
+    data: Path | None = Key("CSV file, relative to the case file", default=None)
+    angle_unit: Annotated[str, AfterValidator(_angle_unit)] | None = Key(
+        "unit of angles if the header of the file has none", default=None, shown="unit of plain numbers"
     )
-    moment_unit: Annotated[str, AfterValidator(_moment_unit)] | None = Field(
-        default=None,
-        description="unit of moments if the header of the file has none",
-        json_schema_extra={"default": "unit of plain numbers"},
+    moment_unit: Annotated[str, AfterValidator(_moment_unit)] | None = Key(
+        "unit of moments if the header of the file has none", default=None, shown="unit of plain numbers"
     )
-    angle: tuple[Angle, ...] | None = Field(
-        default=None,
-        description='angles of the curve; "cubic" requires 4 points, "pchip" 2',
-        json_schema_extra={"range": "increasing"},
+    angle: tuple[Angle, ...] | None = Key(
+        'angles of the curve; "cubic" requires 4 points, "pchip" 2', default=None, within="increasing"
     )
-    moment: tuple[Moment, ...] | None = Field(
-        default=None, description="moments of the curve", json_schema_extra={"range": "as many as angles"}
+    moment: tuple[Moment, ...] | None = Key("moments of the curve", default=None, within="as many as angles")
+    library: str | None = Key(
+        "name of a measured law of the package; `fsm help library` lists them. Beside `angle` and `moment`, as "
+        "in the copy of a case in a result, it only names their source", default=None,
+    )  # fmt: skip
+    interpolation: Literal["cubic", "pchip"] = Key(
+        "not-a-knot spline, or PCHIP, which keeps monotone data monotone", default="cubic"
     )
-    library: str | None = Field(
-        default=None,
-        description="name of a measured law of the package; `fsm help library` lists them. Beside `angle` and `moment`, as "
-        "in the copy of a case in a result, it only names their source",
-    )
-    interpolation: Literal["cubic", "pchip"] = Field(
-        default="cubic", description="not-a-knot spline, or PCHIP, which keeps monotone data monotone"
-    )
-    rest_angle: DataZero | None = Field(default=None, description=_REST, json_schema_extra={"default": "as folded"})
-    scale: Number = Field(default=1.0, gt=0, description=_SCALE)
-    width: Annotated[Length, Field(gt=0)] | None = Field(default=None, description=_WIDTH)
-    unloading: tuple[Moment, ...] | None = Field(
-        default=None,
-        description="moments of the lists while the crease closes; the crease dissipates the area between both curves",
-        json_schema_extra={"range": "as many as angles, not above `moment`"},
-    )
-    reversal: Annotated[Angle, Field(gt=0)] | None = Field(
-        default=None, description=_REVERSAL, json_schema_extra={"default": "2 % of the range"}
-    )
+    rest_angle: DataZero | None = Key(_REST, default=None, shown="as folded")
+    scale: Number = Key(_SCALE, default=1.0, gt=0)
+    width: Annotated[Length, Field(gt=0)] | None = Key(_WIDTH, default=None)
+    unloading: tuple[Moment, ...] | None = Key(
+        "moments of the lists while the crease closes; the crease dissipates the area between both curves", default=None,
+        within="as many as angles, not above `moment`"
+    )  # fmt: skip
+    reversal: Annotated[Angle, Field(gt=0)] | None = Key(_REVERSAL, default=None, shown="2 % of the range")
 
     @field_validator("library")
     @classmethod
@@ -213,35 +191,27 @@ class SplineCrease(Model):
 class FamilyCrease(Model):
     """Crease moment M(psi) from a file of `fsm calibrate crease`; reading the case replaces it by a `SplineCrease`."""
 
-    law: Literal["family"] = Field(default="family", description=_LAW)
-    file: Path = Field(description="file of calibrated creases, relative to the case file")
-    press_time: Annotated[Time, Field(ge=0)] | None = Field(
-        default=None,
-        description="time for which the crease was pressed; required if the file has several",
-        json_schema_extra={"default": "value of the file", "range": "measured range"},
+    law: Literal["family"] = Key(_LAW, default="family")
+    file: Path = Key("file of calibrated creases, relative to the case file")
+    press_time: Annotated[Time, Field(ge=0)] | None = Key(
+        "time for which the crease was pressed; required if the file has several", default=None, shown="value of the file",
+        within="measured range"
+    )  # fmt: skip
+    opening: Annotated[Number, Field(ge=1)] | None = Key(
+        "number of the opening, counted from the first opening of a new crease; required if the file has " "several",
+        default=None, shown="value of the file", within="measured range, >= 1"
+    )  # fmt: skip
+    hysteresis: bool = Key(
+        "follow the unloading curve while the crease closes; false: elastic along the loading curve", default=False
     )
-    opening: Annotated[Number, Field(ge=1)] | None = Field(
-        default=None,
-        description="number of the opening, counted from the first opening of a new crease; required if the file has "
-        "several",
-        json_schema_extra={"default": "value of the file", "range": "measured range, >= 1"},
-    )
-    hysteresis: bool = Field(
-        default=False,
-        description="follow the unloading curve while the crease closes; false: elastic along the loading curve",
-    )
-    since_release: Annotated[Time, Field(ge=0)] | None = Field(
-        default=None,
-        description="time since the release of the crease, instead of `rest_angle`; the file gives the relaxation of the "
-        "rest angle",
-        json_schema_extra={"range": "measured range"},
-    )
-    reversal: Annotated[Angle, Field(gt=0)] | None = Field(
-        default=None, description=_REVERSAL, json_schema_extra={"default": "2 % of the range"}
-    )
-    rest_angle: DataZero | None = Field(default=None, description=_REST, json_schema_extra={"default": "as folded"})
-    scale: Number = Field(default=1.0, gt=0, description=_SCALE)
-    width: Annotated[Length, Field(gt=0)] | None = Field(default=None, description=_WIDTH)
+    since_release: Annotated[Time, Field(ge=0)] | None = Key(
+        "time since the release of the crease, instead of `rest_angle`; the file gives the relaxation of the " "rest angle",
+        default=None, within="measured range"
+    )  # fmt: skip
+    reversal: Annotated[Angle, Field(gt=0)] | None = Key(_REVERSAL, default=None, shown="2 % of the range")
+    rest_angle: DataZero | None = Key(_REST, default=None, shown="as folded")
+    scale: Number = Key(_SCALE, default=1.0, gt=0)
+    width: Annotated[Length, Field(gt=0)] | None = Key(_WIDTH, default=None)
 
     @model_validator(mode="after")
     def _choices(self) -> Self:

@@ -10,7 +10,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fsm.case.schema.model import Model, Name
+from fsm.case.schema.model import Key, Model, Name
 from fsm.case.schema.units import Count, Density, Force, Length, Number, Stress, Time, Unit
 
 _PLACE = "position of the patches"
@@ -29,11 +29,11 @@ Place = tuple[Length, Length]
 class Membrane(Model):
     """Rectangular film."""
 
-    length: Length = Field(gt=0, description="size along x")
-    width: Length = Field(gt=0, description="size along y")
-    thickness: Length = Field(gt=0, description="thickness of the film")
-    mesh: tuple[Annotated[Count, Field(ge=1, le=200)], Annotated[Count, Field(ge=1, le=200)]] = Field(
-        default=(12, 12), description="elements along length and width; lines are added at the edges of patches"
+    length: Length = Key("size along x", gt=0)
+    width: Length = Key("size along y", gt=0)
+    thickness: Length = Key("thickness of the film", gt=0)
+    mesh: tuple[Annotated[Count, Field(ge=1, le=200)], Annotated[Count, Field(ge=1, le=200)]] = Key(
+        "elements along length and width; lines are added at the edges of patches", default=(12, 12)
     )
 
 
@@ -42,51 +42,51 @@ class _Patch(Model):
     film.
     """
 
-    size: Length = Field(gt=0, description="side of the square")
-    thickness: Length = Field(gt=0, description="thickness of the patch")
-    young: Stress = Field(gt=0, description="Young's modulus")
-    poisson: Number = Field(default=0.3, gt=-1, lt=0.5, description="Poisson's ratio")
-    density: Density = Field(gt=0, description="density")
+    size: Length = Key("side of the square", gt=0)
+    thickness: Length = Key("thickness of the patch", gt=0)
+    young: Stress = Key("Young's modulus", gt=0)
+    poisson: Number = Key("Poisson's ratio", default=0.3, gt=-1, lt=0.5)
+    density: Density = Key("density", gt=0)
 
 
 class CentrePatch(_Patch):
     """Patch at the centre of the film."""
 
-    place: Literal["centre"] = Field(description=_PLACE)
+    place: Literal["centre"] = Key(_PLACE)
 
 
 class DiagonalPatch(_Patch):
     """Patch on a half diagonal, at `distance` from the centre of the film towards the corner `arm`."""
 
-    place: Literal["diagonal"] = Field(description=_PLACE)
-    distance: Length = Field(gt=0, description=_DISTANCE)
-    arm: Literal["++", "-+", "--", "+-"] = Field(default="++", description="signs of x and y of the corner")
+    place: Literal["diagonal"] = Key(_PLACE)
+    distance: Length = Key(_DISTANCE, gt=0)
+    arm: Literal["++", "-+", "--", "+-"] = Key("signs of x and y of the corner", default="++")
 
 
 class DiagonalsPatch(_Patch):
     """Patches on all four half diagonals: `count` on each, at 1, 2, ... times `distance` from the centre."""
 
-    place: Literal["diagonals"] = Field(description=_PLACE)
-    distance: Length = Field(gt=0, description=_DISTANCE)
-    count: Count = Field(default=1, ge=1, le=100, description="number of patches on each half diagonal")
+    place: Literal["diagonals"] = Key(_PLACE)
+    distance: Length = Key(_DISTANCE, gt=0)
+    count: Count = Key("number of patches on each half diagonal", default=1, ge=1, le=100)
 
 
 class PositionPatch(_Patch):
     """Patch at `position`."""
 
-    place: Literal["position"] = Field(description=_PLACE)
-    position: Place = Field(description="position of its centre", json_schema_extra={"range": "on the film"})
+    place: Literal["position"] = Key(_PLACE)
+    position: Place = Key("position of its centre", within="on the film")
 
 
 class GridPatch(_Patch):
     """Grid of patches about the centre of the film: `count` along length and width, with the distance `spacing`."""
 
-    place: Literal["grid"] = Field(description=_PLACE)
-    count: tuple[Annotated[Count, Field(ge=1, le=100)], Annotated[Count, Field(ge=1, le=100)]] = Field(
-        description="number of patches along length and width"
+    place: Literal["grid"] = Key(_PLACE)
+    count: tuple[Annotated[Count, Field(ge=1, le=100)], Annotated[Count, Field(ge=1, le=100)]] = Key(
+        "number of patches along length and width"
     )
-    spacing: tuple[Annotated[Length, Field(gt=0)], Annotated[Length, Field(gt=0)]] = Field(
-        description="distance between centres along length and width"
+    spacing: tuple[Annotated[Length, Field(gt=0)], Annotated[Length, Field(gt=0)]] = Key(
+        "distance between centres along length and width"
     )
 
 
@@ -98,23 +98,23 @@ Patch = Annotated[
 class _Cable(Model):
     """Round cable with bending stiffness."""
 
-    diameter: Length = Field(gt=0, description="diameter of the round section")
-    young: Stress = Field(gt=0, description="Young's modulus")
-    density: Density = Field(gt=0, description="density")
+    diameter: Length = Key("diameter of the round section", gt=0)
+    young: Stress = Key("Young's modulus", gt=0)
+    density: Density = Key("density", gt=0)
 
 
 class CornerCable(_Cable):
     """Cable from every corner of the film outwards along the diagonal, with `length` and number of `elements`."""
 
-    place: Literal["corners"] = Field(description=_PLACE_OF_CABLE)
-    length: Length = Field(gt=0, description="length of each cable")
-    elements: Count = Field(default=4, ge=1, le=200, description="number of elements of each cable")
+    place: Literal["corners"] = Key(_PLACE_OF_CABLE)
+    length: Length = Key("length of each cable", gt=0)
+    elements: Count = Key("number of elements of each cable", default=4, ge=1, le=200)
 
 
 class EdgeCable(_Cable):
     """Cable along all edges of the film; it shares the positions and slopes of the film."""
 
-    place: Literal["edges"] = Field(description=_PLACE_OF_CABLE)
+    place: Literal["edges"] = Key(_PLACE_OF_CABLE)
 
 
 Cable = Annotated[CornerCable | EdgeCable, Field(discriminator="place")]
@@ -123,16 +123,12 @@ Cable = Annotated[CornerCable | EdgeCable, Field(discriminator="place")]
 class Support(Model):
     """Support of the film during the vibration, after the tension is applied."""
 
-    at: Literal["edges", "left", "right", "bottom", "top", "corners", "cables", "point"] = Field(
-        description="supported part; edges are held straight"
+    at: Literal["edges", "left", "right", "bottom", "top", "corners", "cables", "point"] = Key(
+        "supported part; edges are held straight"
     )
-    position: Place | None = Field(
-        default=None,
-        description='position of "point"; the closest node is supported',
-        json_schema_extra={"range": "on the film"},
-    )
-    fixed: Literal["xyz", "xy", "xz", "yz", "x", "y", "z"] = Field(default="xyz", description="directions without motion")
-    clamped: bool = Field(default=False, description="slopes are held as well")
+    position: Place | None = Key('position of "point"; the closest node is supported', default=None, within="on the film")
+    fixed: Literal["xyz", "xy", "xz", "yz", "x", "y", "z"] = Key("directions without motion", default="xyz")
+    clamped: bool = Key("slopes are held as well", default=False)
 
     @model_validator(mode="after")
     def _one_point(self) -> Self:
@@ -144,25 +140,21 @@ class Support(Model):
 class Tension(Model):
     """Tension that is applied to the film before its supports are fixed, by `pull` or by `strain`."""
 
-    pull: Annotated[Force, Field(ge=0)] | None = Field(
-        default=None, description="force on every corner, outwards along its diagonal; give this or `strain`"
+    pull: Annotated[Force, Field(ge=0)] | None = Key(
+        "force on every corner, outwards along its diagonal; give this or `strain`", default=None
     )
-    strain: Number | tuple[Number, Number] | None = Field(
-        default=None,
-        description="outward displacement of the edges over length and width",
-        json_schema_extra={"range": "one value, or two"},
+    strain: Number | tuple[Number, Number] | None = Key(
+        "outward displacement of the edges over length and width", default=None, within="one value, or two"
     )
-    film: Literal["plain", "tension-field", "wrinkles", "auto"] = Field(
-        default="plain",
-        description='behaviour of the film in compression. "plain": it carries compression; "tension-field": it carries '
+    film: Literal["plain", "tension-field", "wrinkles", "auto"] = Key(
+        'behaviour of the film in compression. "plain": it carries compression; "tension-field": it carries '
         'none, and has wrinkled and slack regions; "wrinkles": wrinkles that the mesh resolves; "auto": "plain" if both '
-        'principal stresses are tensile everywhere and the film is stable, else "tension-field"',
-    )
-    imperfection: Annotated[Length, Field(gt=0)] | None = Field(
-        default=None,
-        description='"wrinkles": amplitude of the initial waves',
-        json_schema_extra={"default": "amplitude of the closed form, or a tenth of the thickness"},
-    )
+        'principal stresses are tensile everywhere and the film is stable, else "tension-field"', default="plain",
+    )  # fmt: skip
+    imperfection: Annotated[Length, Field(gt=0)] | None = Key(
+        '"wrinkles": amplitude of the initial waves', default=None,
+        shown="amplitude of the closed form, or a tenth of the thickness"
+    )  # fmt: skip
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:
@@ -176,60 +168,52 @@ class Tension(Model):
 class Air(Model):
     """Added mass of air, 0.68 x density x length per unit area, for the motion normal to the film (Minami, 1998)."""
 
-    density: Density = Field(default=1.2, gt=0, description="density of the air")
-    length: Annotated[Length, Field(gt=0)] | None = Field(
-        default=None,
-        description="the added mass is 0.68 x density x length per unit area, for the motion normal to the film",
-        json_schema_extra={"default": "length of the film"},
-    )
+    density: Density = Key("density of the air", default=1.2, gt=0)
+    length: Annotated[Length, Field(gt=0)] | None = Key(
+        "the added mass is 0.68 x density x length per unit area, for the motion normal to the film", default=None,
+        shown="length of the film"
+    )  # fmt: skip
 
 
 class Damping(Model):
     """Damping of the vibration of a film."""
 
-    material: Time = Field(default=0.0, ge=0, description="Kelvin-Voigt time of film, patches and cables")
-    air: Rate = Field(
-        default=0.0, ge=0, description="damping force over mass times velocity; amplitudes decay as exp(-air t/2)"
-    )
+    material: Time = Key("Kelvin-Voigt time of film, patches and cables", default=0.0, ge=0)
+    air: Rate = Key("damping force over mass times velocity; amplitudes decay as exp(-air t/2)", default=0.0, ge=0)
 
 
 class _Pulse(Model):
     """Short force normal to the film at `point`, from time zero."""
 
-    point: Place = Field(
-        default=(0.0, 0.0), description="point at which the force acts", json_schema_extra={"range": "on the film"}
-    )
-    size: Annotated[Length, Field(gt=0)] | None = Field(
-        default=None,
-        description="side of the square around `point` over which the force is spread evenly. Absent: a force at a point; "
-        "the displacement at this point then grows with the logarithm of the number of elements",
-    )
+    point: Place = Key("point at which the force acts", default=(0.0, 0.0), within="on the film")
+    size: Annotated[Length, Field(gt=0)] | None = Key(
+        "side of the square around `point` over which the force is spread evenly. Absent: a force at a point; "
+        "the displacement at this point then grows with the logarithm of the number of elements", default=None,
+    )  # fmt: skip
 
 
 class HalfSinePulse(_Pulse):
     """Half sine wave with `duration` and the maximum `force`."""
 
-    pulse: Literal["half-sine"] = Field(description=_PULSE)
-    force: Force = Field(description="maximum force")
-    duration: Time = Field(gt=0, description=_DURATION)
+    pulse: Literal["half-sine"] = Key(_PULSE)
+    force: Force = Key("maximum force")
+    duration: Time = Key(_DURATION, gt=0)
 
 
 class RectanglePulse(_Pulse):
     """Constant `force` for `duration`."""
 
-    pulse: Literal["rectangle"] = Field(description=_PULSE)
-    force: Force = Field(description="constant force")
-    duration: Time = Field(gt=0, description=_DURATION)
+    pulse: Literal["rectangle"] = Key(_PULSE)
+    force: Force = Key("constant force")
+    duration: Time = Key(_DURATION, gt=0)
 
 
 class MeasuredPulse(_Pulse):
     """Measured pulse: forces (N) at times (s), linear between them and zero outside."""
 
-    pulse: Literal["table"] = Field(description=_PULSE)
-    time: tuple[Time, ...] = Field(
-        description="times of the forces, with linear interpolation", json_schema_extra={"range": "increasing, two or more"}
-    )
-    force: tuple[Force, ...] = Field(description="list of forces")
+    pulse: Literal["table"] = Key(_PULSE)
+    time: tuple[Time, ...] = Key("times of the forces, with linear interpolation", within="increasing, two or more")
+    force: tuple[Force, ...] = Key("list of forces")
 
     @model_validator(mode="after")
     def _sorted(self) -> Self:
@@ -249,37 +233,32 @@ Impact = Annotated[HalfSinePulse | RectanglePulse | MeasuredPulse, Field(discrim
 class Vibration(Model):
     """Vibration analysis of the tensioned film."""
 
-    duration: Time = Field(default=1.0, gt=0, description="duration of the motion")
-    modes: Count = Field(default=20, ge=1, le=500, description="number of natural modes, also of the reduced model")
+    duration: Time = Key("duration of the motion", default=1.0, gt=0)
+    modes: Count = Key("number of natural modes, also of the reduced model", default=20, ge=1, le=500)
     probes: dict[Name, Place] = Field(
         default_factory=dict, max_length=1000,
         description='points with sampled motion, by name, `{ edge = [0.15, 0] }`; "center" and "patch" (the first) always '
         "exist",
         json_schema_extra={"range": "points on the film, m"},
     )
-    sampling: Annotated[Time, Field(gt=0)] | None = Field(
-        default=None,
-        description="time between samples of the probes",
-        json_schema_extra={"default": "a tenth of the period of the highest mode"},
+    sampling: Annotated[Time, Field(gt=0)] | None = Key(
+        "time between samples of the probes", default=None, shown="a tenth of the period of the highest mode"
     )
-    model: Literal["auto", "full", "reduced"] = Field(
-        default="auto", description='"full": all coordinates; "reduced": modes; "auto": modes if they are accurate enough'
+    model: Literal["auto", "full", "reduced"] = Key(
+        '"full": all coordinates; "reduced": modes; "auto": modes if they are accurate enough', default="auto"
     )
-    stretch: bool = Field(default=False, description='"reduced": include the cubic terms due to the stretching of the film')
+    stretch: bool = Key('"reduced": include the cubic terms due to the stretching of the film', default=False)
 
 
 class Deployed(Model):
     """Film model of a deployed strip, with its panels and creases at the end of the travel."""
 
-    elements_per_panel: Count = Field(default=4, ge=1, le=200, description="number of elements along a panel")
-    elements_across: Count = Field(
-        default=6, ge=1, le=200,
-        description="number of elements over the width. The tension varies over the width, so this number affects the "
-        "frequencies",
-    )
-    crease_width: Annotated[Length, Field(gt=0)] | None = Field(
-        default=None,
-        description="distance between the mesh lines on both sides of a crease; panels of a thin strip bend close to their "
-        "creases",
-        json_schema_extra={"default": "a tenth of a panel"},
-    )
+    elements_per_panel: Count = Key("number of elements along a panel", default=4, ge=1, le=200)
+    elements_across: Count = Key(
+        "number of elements over the width. The tension varies over the width, so this number affects the " "frequencies",
+        default=6, ge=1, le=200
+    )  # fmt: skip
+    crease_width: Annotated[Length, Field(gt=0)] | None = Key(
+        "distance between the mesh lines on both sides of a crease; panels of a thin strip bend close to their " "creases",
+        default=None, shown="a tenth of a panel"
+    )  # fmt: skip

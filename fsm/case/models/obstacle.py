@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fsm.case.schema.model import Model, Name
+from fsm.case.schema.model import Key, Model, Name
 from fsm.case.schema.units import Length, Number
 
 _SIZES = {"plane": (), "box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}
@@ -16,27 +16,20 @@ _Extent = Annotated[Length, Field(gt=0)]
 class Obstacle(Model):
     """Rigid obstacle of a simple shape."""
 
-    name: Name = Field(
-        description="name in contact pairs and results",
-        json_schema_extra={"range": "different from all bodies and surfaces"},
+    name: Name = Key("name in contact pairs and results", within="different from all bodies and surfaces")
+    shape: Literal["plane", "box", "cylinder", "sphere"] = Key('"plane": half space z < 0 in its own axes')
+    size: tuple[_Extent, _Extent, _Extent] | None = Key(
+        "size of a box along its own x, y, z; required for a box", default=None
     )
-    shape: Literal["plane", "box", "cylinder", "sphere"] = Field(description='"plane": half space z < 0 in its own axes')
-    size: tuple[_Extent, _Extent, _Extent] | None = Field(
-        default=None, description="size of a box along its own x, y, z; required for a box"
+    radius: _Extent | None = Key("radius of a cylinder or a sphere; required for both", default=None)
+    length: _Extent | None = Key("length of a cylinder along its own y; required for a cylinder", default=None)
+    position: tuple[Length, Length, Length] = Key(
+        "position of its centre (plane: of any point on it), in axes of `body`", default=(0.0, 0.0, 0.0)
     )
-    radius: _Extent | None = Field(default=None, description="radius of a cylinder or a sphere; required for both")
-    length: _Extent | None = Field(default=None, description="length of a cylinder along its own y; required for a cylinder")
-    position: tuple[Length, Length, Length] = Field(
-        default=(0.0, 0.0, 0.0), description="position of its centre (plane: of any point on it), in axes of `body`"
+    orientation: tuple[Number, Number, Number, Number] = Key(
+        "orientation of its axes, in axes of `body`", default=(1.0, 0.0, 0.0, 0.0), within="unit quaternion"
     )
-    orientation: tuple[Number, Number, Number, Number] = Field(
-        default=(1.0, 0.0, 0.0, 0.0),
-        description="orientation of its axes, in axes of `body`",
-        json_schema_extra={"range": "unit quaternion"},
-    )
-    body: str | None = Field(
-        default=None, description="body to which it is fixed; absent: the ground", json_schema_extra={"range": "a body"}
-    )
+    body: str | None = Key("body to which it is fixed; absent: the ground", default=None, within="a body")
 
     @property
     def extent(self) -> float:

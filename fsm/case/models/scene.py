@@ -23,7 +23,7 @@ from fsm.case.models.obstacle import Obstacle
 from fsm.case.models.spring import SceneCord, SceneSpring
 from fsm.case.models.time_program import TimeFunction
 from fsm.case.models.truss import SceneTruss
-from fsm.case.schema.model import Model, Name
+from fsm.case.schema.model import Key, Model, Name
 from fsm.case.schema.units import (
     Acceleration,
     Angle,
@@ -63,43 +63,37 @@ Flexibility = Annotated[float, Unit("rad/N/m")]
 class Plate(Model):
     """Plate centred in its body, for drawings and contact: a rectangle, or a polygon with an outline."""
 
-    length: Length = Field(gt=0, description="size along x")
-    width: Length = Field(gt=0, description="size along y")
-    thickness: Length = Field(gt=0, description="size along z")
-    outline: Annotated[tuple[tuple[Length, Length], ...], Field(min_length=3)] | None = Field(
-        default=None,
-        description="corners (x, y) of a polygon for drawings and contact, counter-clockwise; the builder of a sheet gives "
-        "them",
-        json_schema_extra={"default": "a rectangle"},
-    )
+    length: Length = Key("size along x", gt=0)
+    width: Length = Key("size along y", gt=0)
+    thickness: Length = Key("size along z", gt=0)
+    outline: Annotated[tuple[tuple[Length, Length], ...], Field(min_length=3)] | None = Key(
+        "corners (x, y) of a polygon for drawings and contact, counter-clockwise; the builder of a sheet gives " "them",
+        default=None, shown="a rectangle"
+    )  # fmt: skip
 
 
 class Body(Model):
     """Rigid body."""
 
-    name: Name = Field(description="name of the body", json_schema_extra={"range": 'not "ground"'})
-    mass: Mass = Field(ge=0, description="mass", json_schema_extra={"range": "> 0 unless held or driven"})
-    inertia: tuple[Inertia, Inertia, Inertia] = Field(
-        description="principal moments about the centre of mass, along the body axes",
-        json_schema_extra={"range": "none above the sum of the others"},
+    name: Name = Key("name of the body", within='not "ground"')
+    mass: Mass = Key("mass", ge=0, within="> 0 unless held or driven")
+    inertia: tuple[Inertia, Inertia, Inertia] = Key(
+        "principal moments about the centre of mass, along the body axes", within="none above the sum of the others"
     )
-    position: Position = Field(default=(0.0, 0.0, 0.0), description="position of the centre of mass")
-    orientation: Quaternion = Field(
-        default=(1.0, 0.0, 0.0, 0.0),
-        description="orientation of the body axes, scalar part first",
-        json_schema_extra={"range": "unit quaternion"},
+    position: Position = Key("position of the centre of mass", default=(0.0, 0.0, 0.0))
+    orientation: Quaternion = Key(
+        "orientation of the body axes, scalar part first", default=(1.0, 0.0, 0.0, 0.0), within="unit quaternion"
     )
-    velocity: tuple[Speed, Speed, Speed] = Field(default=(0.0, 0.0, 0.0), description="initial velocity, inertial axes")
-    angular_velocity: tuple[AngularSpeed, AngularSpeed, AngularSpeed] = Field(
-        default=(0.0, 0.0, 0.0), description="initial angular velocity, body axes"
+    velocity: tuple[Speed, Speed, Speed] = Key("initial velocity, inertial axes", default=(0.0, 0.0, 0.0))
+    angular_velocity: tuple[AngularSpeed, AngularSpeed, AngularSpeed] = Key(
+        "initial angular velocity, body axes", default=(0.0, 0.0, 0.0)
     )
-    held: bool = Field(default=False, description="fixed body without degrees of freedom")
-    plate: Plate | None = Field(default=None, description="plate for drawings and contact")
-    panel: int = Field(
-        default=0,
-        description="number of the panel to which the body belongs (0: no panel). The keys `hold` and `release` of a step "
-        "accept `panel 1` for all bodies of panel 1. Bodies of one panel have the same colour in figures",
-    )
+    held: bool = Key("fixed body without degrees of freedom", default=False)
+    plate: Plate | None = Key("plate for drawings and contact", default=None)
+    panel: int = Key(
+        "number of the panel to which the body belongs (0: no panel). The keys `hold` and `release` of a step "
+        "accept `panel 1` for all bodies of panel 1. Bodies of one panel have the same colour in figures", default=0,
+    )  # fmt: skip
 
 
 class ForceElement(LawSection):
@@ -110,95 +104,70 @@ class ForceElement(LawSection):
     axis e2.
     """
 
-    name: Name = Field(description="name of the element")
-    inner: str = Field(description="inner body", json_schema_extra={"range": 'a body or "ground"'})
-    outer: str = Field(
-        description="outer body, whose joint axes define the directions", json_schema_extra={"range": 'a body or "ground"'}
+    name: Name = Key("name of the element")
+    inner: str = Key("inner body", within='a body or "ground"')
+    outer: str = Key("outer body, whose joint axes define the directions", within='a body or "ground"')
+    point_inner: Position = Key("point of the inner body, body axes, from the centre of mass", default=(0.0, 0.0, 0.0))
+    point_outer: Position = Key("point of the outer body, body axes, from the centre of mass", default=(0.0, 0.0, 0.0))
+    axes_inner: Quaternion = Key(
+        "joint axes of the inner body, in body axes", default=(1.0, 0.0, 0.0, 0.0), within="quaternion"
     )
-    point_inner: Position = Field(
-        default=(0.0, 0.0, 0.0), description="point of the inner body, body axes, from the centre of mass"
+    axes_outer: Quaternion = Key(
+        "joint axes of the outer body, in body axes", default=(1.0, 0.0, 0.0, 0.0), within="quaternion"
     )
-    point_outer: Position = Field(
-        default=(0.0, 0.0, 0.0), description="point of the outer body, body axes, from the centre of mass"
+    translation: tuple[Stiffness, Stiffness, Stiffness] = Key("stiffness along e1, e2, e3", default=(0.0, 0.0, 0.0))
+    rotation: tuple[AngularStiffness, AngularStiffness, AngularStiffness] = Key(
+        "stiffness for s1, psi, s3", default=(0.0, 0.0, 0.0)
     )
-    axes_inner: Quaternion = Field(
-        default=(1.0, 0.0, 0.0, 0.0),
-        description="joint axes of the inner body, in body axes",
-        json_schema_extra={"range": "quaternion"},
-    )
-    axes_outer: Quaternion = Field(
-        default=(1.0, 0.0, 0.0, 0.0),
-        description="joint axes of the outer body, in body axes",
-        json_schema_extra={"range": "quaternion"},
-    )
-    translation: tuple[Stiffness, Stiffness, Stiffness] = Field(
-        default=(0.0, 0.0, 0.0), description="stiffness along e1, e2, e3"
-    )
-    rotation: tuple[AngularStiffness, AngularStiffness, AngularStiffness] = Field(
-        default=(0.0, 0.0, 0.0), description="stiffness for s1, psi, s3"
-    )
-    translation_damping: tuple[Damping, Damping, Damping] = Field(
-        default=(0.0, 0.0, 0.0), description="damping along e1, e2, e3"
-    )
-    rotation_damping: tuple[AngularDamping, AngularDamping, AngularDamping] = Field(
-        default=(0.0, 0.0, 0.0),
-        description="damping for s1, psi, s3; three equal values with no `rotation`: c times the relative angular "
-        "velocity, at any rotation",
-    )
-    rest_angle: Angle | None = Field(
-        default=None,
-        description="twist at which the moment is zero. Without this key and `crease.rest_angle` it is 0 (flat), and not "
-        '"as folded" as in a strip. `crease.rest_angle` has the sign of the initial fold',
-        json_schema_extra={"default": "`crease.rest_angle`, or 0", "range": "with `crease` -pi to pi"},
-    )
-    rest_turn: Angle = Field(default=0.0, description="linear spring in space: change of the rest angle, times `rest_time`")
-    rest_time: TimeFunction | None = Field(default=None, description="[function of time](#functions-of-time) of this change")
-    initial_angle: Angle | None = Field(
-        default=None,
-        description="initial twist; it gives the sign for a closed crease (pi or -pi)",
-        json_schema_extra={"default": "of the bodies as placed", "range": "agrees with them"},
-    )
-    frame: Literal["outer", "chord"] = Field(
-        default="outer",
-        description='definition of the deformation. "outer": relative position in the axes of the outer body. "chord": '
-        "ligament between two points at a distance, symmetric in both bodies, in the plane only",
-    )
-    bends: bool = Field(
-        default=False,
-        description='with `frame = "chord"`: the ligament is a beam, whose chord shortens when it bends '
-        '(docs/calibration.md, "Hinged lattices")',
-    )
-    swing_axes: Literal["outer", "half-way"] | None = Field(
-        default=None,
-        description='axes of the swing (s1, s3). "outer": axes of the outer body, for hinges and universal joints. '
+    translation_damping: tuple[Damping, Damping, Damping] = Key("damping along e1, e2, e3", default=(0.0, 0.0, 0.0))
+    rotation_damping: tuple[AngularDamping, AngularDamping, AngularDamping] = Key(
+        "damping for s1, psi, s3; three equal values with no `rotation`: c times the relative angular "
+        "velocity, at any rotation", default=(0.0, 0.0, 0.0),
+    )  # fmt: skip
+    rest_angle: Angle | None = Key(
+        "twist at which the moment is zero. Without this key and `crease.rest_angle` it is 0 (flat), and not "
+        '"as folded" as in a strip. `crease.rest_angle` has the sign of the initial fold', default=None,
+        shown="`crease.rest_angle`, or 0", within="with `crease` -pi to pi",
+    )  # fmt: skip
+    rest_turn: Angle = Key("linear spring in space: change of the rest angle, times `rest_time`", default=0.0)
+    rest_time: TimeFunction | None = Key("[function of time](#functions-of-time) of this change", default=None)
+    initial_angle: Angle | None = Key(
+        "initial twist; it gives the sign for a closed crease (pi or -pi)", default=None, shown="of the bodies as placed",
+        within="agrees with them"
+    )  # fmt: skip
+    frame: Literal["outer", "chord"] = Key(
+        'definition of the deformation. "outer": relative position in the axes of the outer body. "chord": '
+        "ligament between two points at a distance, symmetric in both bodies, in the plane only", default="outer",
+    )  # fmt: skip
+    bends: bool = Key(
+        'with `frame = "chord"`: the ligament is a beam, whose chord shortens when it bends '
+        '(docs/calibration.md, "Hinged lattices")', default=False,
+    )  # fmt: skip
+    swing_axes: Literal["outer", "half-way"] | None = Key(
+        'axes of the swing (s1, s3). "outer": axes of the outer body, for hinges and universal joints. '
         '"half-way": axes turned by psi/2 about e2, for elastic joints. Default: "half-way" if all three of `rotation` are '
-        'given, the initial angle is below 45 degrees and there is no crease; else "outer"',
-        json_schema_extra={"default": '"half-way" for elastic joints, else "outer"'},
+        'given, the initial angle is below 45 degrees and there is no crease; else "outer"', default=None,
+        shown='"half-way" for elastic joints, else "outer"',
+    )  # fmt: skip
+    crease: Crease | None = Key("as `[crease]`, in place of rotation[1], which must be 0", default=None)
+    crease_flexibility: Flexibility = Key(
+        'flexibility of half segments in series with `crease`, or with rotation[1] if `kind` is "crease". Its '
+        "energy counts as energy of the panels", default=0.0, ge=0,
+    )  # fmt: skip
+    kind: Literal["joint", "crease", "panel", "drive"] = Key(
+        "role in the model, which determines the category of its energy", default="joint"
     )
-    crease: Crease | None = Field(default=None, description="as `[crease]`, in place of rotation[1], which must be 0")
-    crease_flexibility: Flexibility = Field(
-        default=0.0, ge=0,
-        description='flexibility of half segments in series with `crease`, or with rotation[1] if `kind` is "crease". Its '
-        "energy counts as energy of the panels",
+    locked: tuple[Direction, ...] = Key(
+        "directions that a load does not deform in statics: a multiplier takes up the effort, and the stiffness "
+        "only sets its convergence. In motions, and with `latch`, the spring deforms", default=(),
+        within="names of directions with a stiffness",
+    )  # fmt: skip
+    steps: tuple[str, ...] | None = Key("steps in which it acts; absent: in all", default=None, within="names of steps")
+    latch: bool = Key(
+        "with `steps`: the force of the element is zero in the position at the beginning of its first step", default=False
     )
-    kind: Literal["joint", "crease", "panel", "drive"] = Field(
-        default="joint", description="role in the model, which determines the category of its energy"
-    )
-    locked: tuple[Direction, ...] = Field(
-        default=(),
-        description="directions that a load does not deform in statics: a multiplier takes up the effort, and the stiffness "
-        "only sets its convergence. In motions, and with `latch`, the spring deforms",
-        json_schema_extra={"range": "names of directions with a stiffness"},
-    )
-    steps: tuple[str, ...] | None = Field(
-        default=None, description="steps in which it acts; absent: in all", json_schema_extra={"range": "names of steps"}
-    )
-    latch: bool = Field(
-        default=False,
-        description="with `steps`: the force of the element is zero in the position at the beginning of its first step",
-    )
-    law: str | None = Field(default=None, description="law of an extension, besides the springs")
-    parameters: dict[str, Any] | None = Field(default=None, description="parameters of this law")
+    law: str | None = Key("law of an extension, besides the springs", default=None)
+    parameters: dict[str, Any] | None = Key("parameters of this law", default=None)
 
     @classmethod
     def added(cls, name: object) -> Mapping[str, AddedLaw]:
@@ -214,23 +183,21 @@ class ForceElement(LawSection):
 class Surface(Model):
     """Surface for contact: a row of plates, each joined to the next, in order along their x axes."""
 
-    name: Name = Field(description="name of the surface")
-    bodies: tuple[str, ...] = Field(
-        description="bodies with plates in a row, each joined to the next, in order along their x axes",
-        json_schema_extra={"range": "one or more"},
+    name: Name = Key("name of the surface")
+    bodies: tuple[str, ...] = Key(
+        "bodies with plates in a row, each joined to the next, in order along their x axes", within="one or more"
     )
 
 
 class PlateGroup(Model):
     """Group of bodies with plates for contact pairs, for example a pile or the facets of a sheet."""
 
-    name: Name = Field(description="name of the group", json_schema_extra={"range": "different from all other names"})
-    bodies: tuple[str, ...] = Field(description="separate bodies with plates", json_schema_extra={"range": "one or more"})
-    face: Annotated[Area, Field(gt=0)] | None = Field(
-        default=None,
-        description="area with the whole contact stiffness, so that an area has the same stiffness on plates of all sizes",
-        json_schema_extra={"default": "each plate"},
-    )
+    name: Name = Key("name of the group", within="different from all other names")
+    bodies: tuple[str, ...] = Key("separate bodies with plates", within="one or more")
+    face: Annotated[Area, Field(gt=0)] | None = Key(
+        "area with the whole contact stiffness, so that an area has the same stiffness on plates of all sizes", default=None,
+        shown="each plate"
+    )  # fmt: skip
 
 
 class ContactPair(LawSection):
@@ -243,25 +210,19 @@ class ContactPair(LawSection):
 
     chosen_by: ClassVar[str] = "geometry"
 
-    first: str = Field(
-        description="first side: a surface, a body with a plate, a group, a film, a cable, a beam, or an obstacle"
+    first: str = Key("first side: a surface, a body with a plate, a group, a film, a cable, a beam, or an obstacle")
+    second: str = Key(
+        "second side, as `first`; it can be the same group. Two obstacles: one is a sphere, or exactly one is " "a plane"
     )
-    second: str = Field(
-        description="second side, as `first`; it can be the same group. Two obstacles: one is a sphere, or exactly one is "
-        "a plane",
-    )
-    shared: Literal["none", "end-start", "chain"] = Field(
-        default="none",
-        description='"end-start": the end of the first is the start of the second (a common crease); "chain": panels of '
-        "one strip without a common crease",
-    )
-    geometry: str | None = Field(
-        default=None,
-        description='"ellipsoid-on-plane", "cylinder-on-cylinder", or a geometry of an extension; both sides are bodies, '
-        "or one is the ground",
-        json_schema_extra={"default": "by the sides"},
-    )
-    parameters: dict[str, Any] | None = Field(default=None, description="parameters of this geometry")
+    shared: Literal["none", "end-start", "chain"] = Key(
+        '"end-start": the end of the first is the start of the second (a common crease); "chain": panels of '
+        "one strip without a common crease", default="none",
+    )  # fmt: skip
+    geometry: str | None = Key(
+        '"ellipsoid-on-plane", "cylinder-on-cylinder", or a geometry of an extension; both sides are bodies, '
+        "or one is the ground", default=None, shown="by the sides",
+    )  # fmt: skip
+    parameters: dict[str, Any] | None = Key("parameters of this geometry", default=None)
 
     @classmethod
     def added(cls, name: object) -> Mapping[str, AddedLaw]:
@@ -285,34 +246,28 @@ class BuiltParts(TypedDict, total=False):
 class Scene(Model):
     """Complete model before compilation; see the module docstring for conventions."""
 
-    bodies: tuple[Body, ...] = Field(default=(), description="rigid bodies")
-    films: tuple[SceneFilm, ...] = Field(default=(), description="rectangular films of ANCF elements")
-    cables: tuple[SceneCable, ...] = Field(default=(), description="cables of ANCF elements")
-    beams: tuple[SceneBeam, ...] = Field(default=(), description="beams of ANCF elements that bend in the x-z plane")
-    trusses: tuple[SceneTruss, ...] = Field(
-        default=(), description="points, bars and rotational springs, `[[scene.trusses]]`"
-    )
-    frames: tuple[SceneFrame, ...] = Field(default=(), description="frames on films, cables, beams and trusses")
-    seams: tuple[SceneSeam, ...] = Field(default=(), description="springs between an edge of a film and bodies")
-    elements: tuple[ForceElement, ...] = Field(default=(), description="force elements")
-    point_elements: tuple[PointElement, ...] = Field(
-        default=(), description="elements of kinds of extensions, between points"
-    )
-    joints: tuple[SceneJoint, ...] = Field(default=(), description="ideal joints between bodies")
-    springs: tuple[SceneSpring, ...] = Field(default=(), description="springs and dampers between two points of bodies")
-    cords: tuple[SceneCord, ...] = Field(default=(), description="cords from point to point, over pulleys")
-    couplings: tuple[SceneCoupling, ...] = Field(default=(), description="elements on the coordinates of joints")
-    surfaces: tuple[Surface, ...] = Field(default=(), description="surfaces for contact")
-    groups: tuple[PlateGroup, ...] = Field(default=(), description="groups of plates for contact")
-    obstacles: tuple[Obstacle, ...] = Field(default=(), description="rigid obstacles, as `[[obstacle]]`")
-    pairs: tuple[ContactPair, ...] = Field(default=(), description="contact pairs")
-    contact: Contact | None = Field(default=None, description="normal contact, as `[contact]`")
-    friction: Friction | None = Field(default=None, description="friction, as `[friction]`")
-    loads: tuple[Load, ...] = Field(default=(), description="forces and couples, as `[[load]]`")
-    drives: tuple[Drive, ...] = Field(default=(), description="prescribed motions, as `[[drive]]`, with `body` or `bodies`")
-    gravity: tuple[Acceleration, Acceleration, Acceleration] = Field(
-        default=(0.0, 0.0, 0.0), description="acceleration, inertial axes"
-    )
+    bodies: tuple[Body, ...] = Key("rigid bodies", default=())
+    films: tuple[SceneFilm, ...] = Key("rectangular films of ANCF elements", default=())
+    cables: tuple[SceneCable, ...] = Key("cables of ANCF elements", default=())
+    beams: tuple[SceneBeam, ...] = Key("beams of ANCF elements that bend in the x-z plane", default=())
+    trusses: tuple[SceneTruss, ...] = Key("points, bars and rotational springs, `[[scene.trusses]]`", default=())
+    frames: tuple[SceneFrame, ...] = Key("frames on films, cables, beams and trusses", default=())
+    seams: tuple[SceneSeam, ...] = Key("springs between an edge of a film and bodies", default=())
+    elements: tuple[ForceElement, ...] = Key("force elements", default=())
+    point_elements: tuple[PointElement, ...] = Key("elements of kinds of extensions, between points", default=())
+    joints: tuple[SceneJoint, ...] = Key("ideal joints between bodies", default=())
+    springs: tuple[SceneSpring, ...] = Key("springs and dampers between two points of bodies", default=())
+    cords: tuple[SceneCord, ...] = Key("cords from point to point, over pulleys", default=())
+    couplings: tuple[SceneCoupling, ...] = Key("elements on the coordinates of joints", default=())
+    surfaces: tuple[Surface, ...] = Key("surfaces for contact", default=())
+    groups: tuple[PlateGroup, ...] = Key("groups of plates for contact", default=())
+    obstacles: tuple[Obstacle, ...] = Key("rigid obstacles, as `[[obstacle]]`", default=())
+    pairs: tuple[ContactPair, ...] = Key("contact pairs", default=())
+    contact: Contact | None = Key("normal contact, as `[contact]`", default=None)
+    friction: Friction | None = Key("friction, as `[friction]`", default=None)
+    loads: tuple[Load, ...] = Key("forces and couples, as `[[load]]`", default=())
+    drives: tuple[Drive, ...] = Key("prescribed motions, as `[[drive]]`, with `body` or `bodies`", default=())
+    gravity: tuple[Acceleration, Acceleration, Acceleration] = Key("acceleration, inertial axes", default=(0.0, 0.0, 0.0))
     _facets: FlexibleFacets | None = PrivateAttr(default=None)
     _folds: FoldData | None = PrivateAttr(default=None)
     _touching: TouchingSheet | None = PrivateAttr(default=None)

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from typing import Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from fsm.case.models.time_program import Constant, Table, TimeFunction
-from fsm.case.schema.model import Model
+from fsm.case.schema.model import Key, Model
 from fsm.case.schema.units import (
     Angle,
     AngularDamping,
@@ -36,25 +36,24 @@ MOST_ELEMENTS = 50_000
 class Scissor(Model):
     """Units, bars and mesh of an array."""
 
-    shape: Literal["linear", "arched", "ring"] = Field(
-        default="linear",
-        description='"linear": straight bars with the hinge in the middle; "arched": hinges off the middle, so that the '
+    shape: Literal["linear", "arched", "ring"] = Key(
+        '"linear": straight bars with the hinge in the middle; "arched": hinges off the middle, so that the '
         'array becomes an arch; "ring": closed ring of bars with a kink at the hinge, which opens radially',
+        default="linear",
+    )  # fmt: skip
+    units: Count = Key("number of units; at least 3 in a ring", ge=1, le=5000)
+    bar_length: Length = Key("length of a whole bar, measured along it", gt=0)
+    hinge: Number = Key(
+        '"arched": distance of the hinge from the end on the lower side, over the length', default=0.5, gt=0, lt=1
     )
-    units: Count = Field(ge=1, le=5000, description="number of units; at least 3 in a ring")
-    bar_length: Length = Field(gt=0, description="length of a whole bar, measured along it")
-    hinge: Number = Field(
-        default=0.5, gt=0, lt=1,
-        description='"arched": distance of the hinge from the end on the lower side, over the length',
+    initial_angle: Angle = Key(
+        "angle of the bars with the long axis of the array: pi/2 stowed, 0 fully deployed", gt=0, lt=RIGHT_ANGLE
     )
-    initial_angle: Angle = Field(
-        gt=0, lt=RIGHT_ANGLE, description="angle of the bars with the long axis of the array: pi/2 stowed, 0 fully deployed"
+    element: Literal["section", "green", "cable"] = Key(
+        "beam with shear (strains of the section, or Green's strain), or without", default="section"
     )
-    element: Literal["section", "green", "cable"] = Field(
-        default="section", description="beam with shear (strains of the section, or Green's strain), or without"
-    )
-    elements_per_bar: Count = Field(default=4, ge=2, le=1000, description="number of beam elements of a bar")
-    rigid: bool = Field(default=False, description="rigid bars with stiff hinges, for comparison")
+    elements_per_bar: Count = Key("number of beam elements of a bar", default=4, ge=2, le=1000)
+    rigid: bool = Key("rigid bars with stiff hinges, for comparison", default=False)
 
     @model_validator(mode="after")
     def _closed(self) -> Self:
@@ -78,50 +77,42 @@ class Scissor(Model):
 class BarSection(Model):
     """Rectangular section of a bar: `height` in the plane of the array, `width` normal to it, m."""
 
-    width: Length = Field(gt=0, description="size normal to the plane")
-    height: Length = Field(gt=0, description="size in the plane")
+    width: Length = Key("size normal to the plane", gt=0)
+    height: Length = Key("size in the plane", gt=0)
 
 
 class HingeJoint(Model):
     """Springs, dampers and dry friction of hinges; without this section hinges are free."""
 
-    stiffness: AngularStiffness = Field(default=0.0, ge=0, description="torsional spring between the bars")
-    rest_turn: Angle = Field(
-        default=0.0,
-        description="rotation from the start, in the sense of the deployment, at which the moment of the spring is zero",
+    stiffness: AngularStiffness = Key("torsional spring between the bars", default=0.0, ge=0)
+    rest_turn: Angle = Key(
+        "rotation from the start, in the sense of the deployment, at which the moment of the spring is zero", default=0.0
     )
-    damping: AngularDamping = Field(default=0.0, ge=0, description="moment of the damper over the rate of rotation")
-    friction_moment: Moment = Field(default=0.0, ge=0, description="M of the regularised dry friction M tanh(w/w_s)")
-    friction_speed: AngularSpeed = Field(
-        default=0.01, gt=0, description="regularisation speed w_s; a sticking hinge creeps below it"
-    )
-    at: Literal["middle", "tips", "all"] = Field(default="all", description="hinges with these properties")
+    damping: AngularDamping = Key("moment of the damper over the rate of rotation", default=0.0, ge=0)
+    friction_moment: Moment = Key("M of the regularised dry friction M tanh(w/w_s)", default=0.0, ge=0)
+    friction_speed: AngularSpeed = Key("regularisation speed w_s; a sticking hinge creeps below it", default=0.01, gt=0)
+    at: Literal["middle", "tips", "all"] = Key("hinges with these properties", default="all")
 
 
 class Stop(Model):
     """End stop of the middle hinges, with the moment K d^1.5 (1 + damping d') at a depth d beyond `angle`."""
 
-    angle: Angle = Field(
-        gt=0, lt=RIGHT_ANGLE, description="angle of the bars at first contact of the stop, below `initial_angle`"
-    )
-    stiffness: StopStiffness = Field(gt=0, description="K")
-    damping: TimePerAngle = Field(default=0.0, ge=0, description="factor on the rate d' of the depth")
-    latch: bool = Field(
-        default=False,
-        description="after first contact the stop also acts in the other direction, with the same stiffness and damping",
+    angle: Angle = Key("angle of the bars at first contact of the stop, below `initial_angle`", gt=0, lt=RIGHT_ANGLE)
+    stiffness: StopStiffness = Key("K", gt=0)
+    damping: TimePerAngle = Key("factor on the rate d' of the depth", default=0.0, ge=0)
+    latch: bool = Key(
+        "after first contact the stop also acts in the other direction, with the same stiffness and damping", default=False
     )
 
 
 class PointSupport(Model):
     """Support of a point."""
 
-    point: str = Field(description="supported point", json_schema_extra={"range": "a point"})
-    kind: Literal["pinned", "slider"] = Field(
-        default="pinned", description='"pinned": fixed position, free rotation; "slider": motion along `direction` only'
+    point: str = Key("supported point", within="a point")
+    kind: Literal["pinned", "slider"] = Key(
+        '"pinned": fixed position, free rotation; "slider": motion along `direction` only', default="pinned"
     )
-    direction: tuple[Number, Number] | None = Field(
-        default=None, description="direction of a slider", json_schema_extra={"range": "[1, 0] or [0, 1]"}
-    )
+    direction: tuple[Number, Number] | None = Key("direction of a slider", default=None, within="[1, 0] or [0, 1]")
 
     @model_validator(mode="after")
     def _directed(self) -> Self:
@@ -135,12 +126,10 @@ class PointSupport(Model):
 class PointForce(Model):
     """Force on a point (N) times a function of time: `force`, or `radial` away from the centre of a ring or an arch."""
 
-    point: str = Field(description="loaded point", json_schema_extra={"range": "a point"})
-    force: tuple[Force, Force] | None = Field(default=None, description="force along x and y; give this or `radial`")
-    radial: Force | None = Field(default=None, description="away from the centre of a ring or an arch")
-    time: TimeFunction = Field(
-        default=Constant(), description="factor over time, as of a `[[load]]`", json_schema_extra={"default": "constant"}
-    )
+    point: str = Key("loaded point", within="a point")
+    force: tuple[Force, Force] | None = Key("force along x and y; give this or `radial`", default=None)
+    radial: Force | None = Key("away from the centre of a ring or an arch", default=None)
+    time: TimeFunction = Key("factor over time, as of a `[[load]]`", default=Constant(), shown="constant")
 
     @model_validator(mode="after")
     def _one(self) -> Self:

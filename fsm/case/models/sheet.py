@@ -9,7 +9,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from fsm.case.models.sheet_parts import BarsOfSheet, SheetCrease, SheetPly, SheetProbe, SheetSupport
-from fsm.case.schema.model import Model
+from fsm.case.schema.model import Key, Model
 from fsm.case.schema.units import Angle, Count, Length, Number, StiffnessOfLine
 
 MOST_FACETS = 20_000
@@ -64,211 +64,155 @@ class Sheet(Model):
         '[slits](sheets.md#sheets-with-slits); "tape-spring", "stem", "lenticular": '
         "booms",
     )
-    columns: Annotated[Count, Field(ge=1, le=1000)] | None = Field(
-        default=None,
-        description="number of panels or cells along x",
-        json_schema_extra={"default": 'needed by "miura", "zigzag", "waterbomb", "miura-tube"'},
+    columns: Annotated[Count, Field(ge=1, le=1000)] | None = Key(
+        "number of panels or cells along x", default=None, shown='needed by "miura", "zigzag", "waterbomb", "miura-tube"'
     )
-    rows: Annotated[Count, Field(ge=1, le=1000)] | None = Field(
-        default=None,
-        description="number of panels or cells along y, of storeys of a tube, or of rows of slits",
-        json_schema_extra={"default": 'needed by "miura", "waterbomb", "kresling", "yoshimura", "tube", "slits"'},
+    rows: Annotated[Count, Field(ge=1, le=1000)] | None = Key(
+        "number of panels or cells along y, of storeys of a tube, or of rows of slits", default=None,
+        shown='needed by "miura", "waterbomb", "kresling", "yoshimura", "tube", "slits"'
+    )  # fmt: skip
+    a: Annotated[Length, Field(gt=0)] | None = Key(
+        '"miura": side of a panel along y; "miura-tube": side of the rings; "zigzag": length of a panel along '
+        'x; "waterbomb": side of a square cell', default=None,
+        shown='needed by "miura", "zigzag", "waterbomb", "miura-tube"',
+    )  # fmt: skip
+    b: Annotated[Length, Field(gt=0)] | None = Key(
+        '"miura", "miura-tube": side of a panel along x; "zigzag": width of the sheet', default=None,
+        shown='needed by "miura", "zigzag", "miura-tube"'
+    )  # fmt: skip
+    sector_angle: Annotated[Angle, Field(gt=0, lt=math.pi / 2)] | None = Key(
+        "angle between the sides of a panel", default=None, shown='needed by "miura", "miura-tube"'
     )
-    a: Annotated[Length, Field(gt=0)] | None = Field(
-        default=None,
-        description='"miura": side of a panel along y; "miura-tube": side of the rings; "zigzag": length of a panel along '
-        'x; "waterbomb": side of a square cell',
-        json_schema_extra={"default": 'needed by "miura", "zigzag", "waterbomb", "miura-tube"'},
+    fold_angle: Annotated[Angle, Field(ge=0, lt=math.pi / 2)] | None = Key(
+        "angle of the panels with the mean plane at the start", default=None,
+        shown='needed by "miura", "zigzag", "miura-tube"'
+    )  # fmt: skip
+    sides: Annotated[Count, Field(ge=3, le=1000)] | None = Key(
+        "number of sides of a tube or flasher, or of pleats of a cone", default=None,
+        shown='needed by "kresling", "yoshimura", "cone", "flasher"'
+    )  # fmt: skip
+    radius: Annotated[Length, Field(gt=0)] | None = Key(
+        'circumradius of a tube; booms: radius of the section, at least 10 times the thickness; "plate": the '
+        "plate is bent along x to a cylinder of this radius at the start, without stress", default=None,
+        shown='needed by "kresling", "yoshimura", "tube" and booms',
+    )  # fmt: skip
+    height: Annotated[Length, Field(gt=0)] | None = Key(
+        "height of a storey, panel or wall", default=None, shown='needed by "kresling", "yoshimura", "flasher", "tube"'
     )
-    b: Annotated[Length, Field(gt=0)] | None = Field(
-        default=None,
-        description='"miura", "miura-tube": side of a panel along x; "zigzag": width of the sheet',
-        json_schema_extra={"default": 'needed by "miura", "zigzag", "miura-tube"'},
+    twist: Annotated[Angle, Field(gt=-math.pi, lt=math.pi)] | None = Key(
+        "rotation of each ring relative to the ring below", default=None, shown='needed by "kresling"'
     )
-    sector_angle: Annotated[Angle, Field(gt=0, lt=math.pi / 2)] | None = Field(
-        default=None,
-        description="angle between the sides of a panel",
-        json_schema_extra={"default": 'needed by "miura", "miura-tube"'},
+    taper: Annotated[Number, Field(gt=0, le=1)] | None = Key(
+        '"kresling": circumradius of each ring over that of the ring below; the heights of the storeys have '
+        "the same ratio", default=None, shown="1",
+    )  # fmt: skip
+    subtended_angle: Annotated[Angle, Field(gt=0)] | None = Key(
+        'angle that the arc of the section subtends; "lenticular": each of both arcs', default=None, shown="needed by booms",
+        within='"tape-spring", "lenticular": to pi; "stem": above pi, to 4 pi'
+    )  # fmt: skip
+    length: Annotated[Length, Field(gt=0)] | None = Key(
+        "side along x", default=None, shown='needed by a rectangular "plate" and booms'
     )
-    fold_angle: Annotated[Angle, Field(ge=0, lt=math.pi / 2)] | None = Field(
-        default=None,
-        description="angle of the panels with the mean plane at the start",
-        json_schema_extra={"default": 'needed by "miura", "zigzag", "miura-tube"'},
+    width: Annotated[Length, Field(gt=0)] | None = Key("side along y", default=None, shown='needed by a rectangular "plate"')
+    inner_radius: Annotated[Length, Field(gt=0)] | None = Key(
+        'a "plate" with `outer_radius` only is a disc', default=None, shown='needed by "cone" and an annular "plate"'
     )
-    sides: Annotated[Count, Field(ge=3, le=1000)] | None = Field(
-        default=None,
-        description="number of sides of a tube or flasher, or of pleats of a cone",
-        json_schema_extra={"default": 'needed by "kresling", "yoshimura", "cone", "flasher"'},
+    outer_radius: Annotated[Length, Field(gt=0)] | None = Key(
+        "circumradius of a flasher", default=None, shown='needed by "cone", "flasher" and a circular "plate"',
+        within="> `inner_radius`"
+    )  # fmt: skip
+    slit: bool | None = Key('annular "plate": whether it is cut along the positive x axis', default=None, shown="false")
+    periods: Annotated[Number, Field(gt=0, le=1000)] | None = Key(
+        '"slits": width of the sheet over `slit_length` + `ligament`; 0.5 is enough for a part between two '
+        "planes of symmetry", default=None, shown='needed by "slits"',
+    )  # fmt: skip
+    spacing: Annotated[Length, Field(gt=0)] | None = Key(
+        '"slits": distance of the middles of neighbouring rows', default=None, shown='needed by "slits"'
     )
-    radius: Annotated[Length, Field(gt=0)] | None = Field(
-        default=None,
-        description='circumradius of a tube; booms: radius of the section, at least 10 times the thickness; "plate": the '
-        "plate is bent along x to a cylinder of this radius at the start, without stress",
-        json_schema_extra={"default": 'needed by "kresling", "yoshimura", "tube" and booms'},
+    slit_length: Annotated[Length, Field(gt=0)] | None = Key(
+        '"slits": length of a slit, along x', default=None, shown='needed by "slits"'
     )
-    height: Annotated[Length, Field(gt=0)] | None = Field(
-        default=None,
-        description="height of a storey, panel or wall",
-        json_schema_extra={"default": 'needed by "kresling", "yoshimura", "flasher", "tube"'},
+    ligament: Annotated[Length, Field(gt=0)] | None = Key(
+        '"slits": length of the sheet between two slits of a row', default=None, shown='needed by "slits"'
     )
-    twist: Annotated[Angle, Field(gt=-math.pi, lt=math.pi)] | None = Field(
-        default=None,
-        description="rotation of each ring relative to the ring below",
-        json_schema_extra={"default": 'needed by "kresling"'},
+    slit_width: Annotated[Length, Field(ge=0)] | None = Key(
+        '"slits": size of a slit along y; 0: a cut, without width', default=None, shown="0", within="< `spacing`"
     )
-    taper: Annotated[Number, Field(gt=0, le=1)] | None = Field(
-        default=None,
-        description='"kresling": circumradius of each ring over that of the ring below; the heights of the storeys have '
-        "the same ratio",
-        json_schema_extra={"default": "1"},
-    )
-    subtended_angle: Annotated[Angle, Field(gt=0)] | None = Field(
-        default=None,
-        description='angle that the arc of the section subtends; "lenticular": each of both arcs',
-        json_schema_extra={
-            "default": "needed by booms",
-            "range": '"tape-spring", "lenticular": to pi; "stem": above pi, to 4 pi',
-        },
-    )
-    length: Annotated[Length, Field(gt=0)] | None = Field(
-        default=None, description="side along x", json_schema_extra={"default": 'needed by a rectangular "plate" and booms'}
-    )
-    width: Annotated[Length, Field(gt=0)] | None = Field(
-        default=None, description="side along y", json_schema_extra={"default": 'needed by a rectangular "plate"'}
-    )
-    inner_radius: Annotated[Length, Field(gt=0)] | None = Field(
-        default=None,
-        description='a "plate" with `outer_radius` only is a disc',
-        json_schema_extra={"default": 'needed by "cone" and an annular "plate"'},
-    )
-    outer_radius: Annotated[Length, Field(gt=0)] | None = Field(
-        default=None,
-        description="circumradius of a flasher",
-        json_schema_extra={"default": 'needed by "cone", "flasher" and a circular "plate"', "range": "> `inner_radius`"},
-    )
-    slit: bool | None = Field(
-        default=None,
-        description='annular "plate": whether it is cut along the positive x axis',
-        json_schema_extra={"default": "false"},
-    )
-    periods: Annotated[Number, Field(gt=0, le=1000)] | None = Field(
-        default=None,
-        description='"slits": width of the sheet over `slit_length` + `ligament`; 0.5 is enough for a part between two '
-        "planes of symmetry",
-        json_schema_extra={"default": 'needed by "slits"'},
-    )
-    spacing: Annotated[Length, Field(gt=0)] | None = Field(
-        default=None,
-        description='"slits": distance of the middles of neighbouring rows',
-        json_schema_extra={"default": 'needed by "slits"'},
-    )
-    slit_length: Annotated[Length, Field(gt=0)] | None = Field(
-        default=None,
-        description='"slits": length of a slit, along x',
-        json_schema_extra={"default": 'needed by "slits"'},
-    )
-    ligament: Annotated[Length, Field(gt=0)] | None = Field(
-        default=None,
-        description='"slits": length of the sheet between two slits of a row',
-        json_schema_extra={"default": 'needed by "slits"'},
-    )
-    slit_width: Annotated[Length, Field(ge=0)] | None = Field(
-        default=None,
-        description='"slits": size of a slit along y; 0: a cut, without width',
-        json_schema_extra={"default": "0", "range": "< `spacing`"},
-    )
-    shift: Annotated[Number, Field(ge=0, lt=1)] | None = Field(
-        default=None,
-        description='"slits": shift of rows 1, 3, ... along x, over `slit_length` + `ligament`; rows 2, 4, ... begin with '
-        "half of a ligament",
-        json_schema_extra={"default": "0.5"},
-    )
-    margin: tuple[Annotated[Length, Field(ge=0)], Annotated[Length, Field(ge=0)]] | None = Field(
-        default=None,
-        description='"slits": distances of the middles of the first and of the last row from the edges "bottom" and "top"; '
-        "0: the row lies on the edge, for a part of a sheet that ends in a row",
-        json_schema_extra={"default": "`spacing` twice"},
-    )
+    shift: Annotated[Number, Field(ge=0, lt=1)] | None = Key(
+        '"slits": shift of rows 1, 3, ... along x, over `slit_length` + `ligament`; rows 2, 4, ... begin with '
+        "half of a ligament", default=None, shown="0.5",
+    )  # fmt: skip
+    margin: tuple[Annotated[Length, Field(ge=0)], Annotated[Length, Field(ge=0)]] | None = Key(
+        '"slits": distances of the middles of the first and of the last row from the edges "bottom" and "top"; '
+        "0: the row lies on the edge, for a part of a sheet that ends in a row", default=None, shown="`spacing` twice",
+    )  # fmt: skip
     pattern: Path | None = Field(
         default=None,
         description="FOLD (1.0 to 1.2), SVG, ORIPA (.opx, .cp) or Oriedita (.ori, .cp) file, relative to the case file; "
         "see [patterns from files](sheets.md#patterns-from-files)",
     )
-    scale: Annotated[Length, Field(gt=0)] | None = Field(
-        default=None,
-        description="length of one unit of the file; needed for all files except FOLD",
-        json_schema_extra={"default": "`frame_unit` of a FOLD file"},
+    scale: Annotated[Length, Field(gt=0)] | None = Key(
+        "length of one unit of the file; needed for all files except FOLD", default=None, shown="`frame_unit` of a FOLD file"
     )
-    frame: Annotated[Count, Field(ge=0)] | None = Field(
-        default=None, description="number of the frame of a FOLD file; absent: the first folded frame, else the first"
+    frame: Annotated[Count, Field(ge=0)] | None = Key(
+        "number of the frame of a FOLD file; absent: the first folded frame, else the first", default=None
     )
-    part: Annotated[Count, Field(ge=1)] | None = Field(
-        default=None,
-        description="number of the separate part of the file that is the sheet, from the largest; absent: the pattern must "
-        "be one part",
-    )
+    part: Annotated[Count, Field(ge=1)] | None = Key(
+        "number of the separate part of the file that is the sheet, from the largest; absent: the pattern must "
+        "be one part", default=None,
+    )  # fmt: skip
     merge: Annotated[Length, Field(gt=0)] | None = Field(
         default=None,
         description="distance below which points of the file are one vertex, and height below which a facet is planar; see "
         "[tolerance](sheets.md#tolerance-of-a-pattern-file)",
         json_schema_extra={"default": "from the file"},
     )
-    notes: tuple[str, ...] = Field(
-        default=(),
-        description="what was ignored or changed in the file; only `fsm` writes these texts, into the complete case",
+    notes: tuple[str, ...] = Key(
+        "what was ignored or changed in the file; only `fsm` writes these texts, into the complete case", default=()
     )
-    vertices: tuple[tuple[Length, Length, Length], ...] | None = Field(
-        default=None, description="positions at the start, instead of a file"
+    vertices: tuple[tuple[Length, Length, Length], ...] | None = Key(
+        "positions at the start, instead of a file", default=None
     )
-    edges: tuple[tuple[Count, Count], ...] | None = Field(
-        default=None, description="two numbers of vertices of each edge, from 0"
+    edges: tuple[tuple[Count, Count], ...] | None = Key("two numbers of vertices of each edge, from 0", default=None)
+    assignment: tuple[Literal["B", "M", "V", "F", "U", "C", "J"], ...] | None = Key(
+        "boundary, mountain, valley, flat, unassigned, cut, bend line: a letter for each edge", default=None
     )
-    assignment: tuple[Literal["B", "M", "V", "F", "U", "C", "J"], ...] | None = Field(
-        default=None, description="boundary, mountain, valley, flat, unassigned, cut, bend line: a letter for each edge"
+    angles: tuple[Angle, ...] | None = Key("fold angle of each edge in the folded state", default=None)
+    faces: tuple[tuple[Count, ...], ...] | None = Key(
+        "numbers of the vertices of each face, counter-clockwise, from 0", default=None
     )
-    angles: tuple[Angle, ...] | None = Field(default=None, description="fold angle of each edge in the folded state")
-    faces: tuple[tuple[Count, ...], ...] | None = Field(
-        default=None, description="numbers of the vertices of each face, counter-clockwise, from 0"
-    )
-    fold: Number = Field(
-        default=0.0, ge=0, lt=1,
-        description="fraction of each fold angle at the start of a flat pattern, with rigid facets (with `facets = "
-        '"bend-lines"` rigid between bend lines); the creases have no moment in this state',
-    )
-    align: Literal["mean plane"] | None = Field(
-        default=None,
-        description="at the start, the plane of least squares through the vertices is turned to z = 0 by the smallest "
+    fold: Number = Key(
+        "fraction of each fold angle at the start of a flat pattern, with rigid facets (with `facets = "
+        '"bend-lines"` rigid between bend lines); the creases have no moment in this state', default=0.0, ge=0, lt=1,
+    )  # fmt: skip
+    align: Literal["mean plane"] | None = Key(
+        "at the start, the plane of least squares through the vertices is turned to z = 0 by the smallest "
         "rotation, and the same side stays above; absent: as in the file, and with `fold` the first facet stays in place",
-    )
-    fold_to: Annotated[Number, Field(ge=0, le=1)] | None = Field(
         default=None,
-        description="fraction of each fold angle to which the rest angles of the creases move until `solve.end_time`; "
-        "linear creases only",
-    )
+    )  # fmt: skip
+    fold_to: Annotated[Number, Field(ge=0, le=1)] | None = Key(
+        "fraction of each fold angle to which the rest angles of the creases move until `solve.end_time`; "
+        "linear creases only", default=None,
+    )  # fmt: skip
     facets: Literal["rigid", "bend-lines", "bars", "flexible"] = Field(
         default="rigid",
         description='"bend-lines": facets with more than three sides also bend along diagonals; "bars": [bars and '
         'hinges](sheets.md#bars-and-hinges) in place of facets; "flexible": thin plates, see [flexible '
         "facets](sheets.md#flexible-facets)",
     )
-    bars: BarsOfSheet | None = Field(
-        default=None, description='bars of `facets = "bars"`, `[sheet.bars]`', json_schema_extra={"default": "presets"}
-    )
-    mesh_size: Annotated[Length, Field(gt=0)] | None = Field(
-        default=None,
-        description='"flexible": largest size of a cell along the edges; a cell has two triangles. Required, except for '
-        "plates and booms with `mesh`",
-    )
-    mesh: tuple[Cells, Cells] | None = Field(
-        default=None,
-        description='"plate", booms: numbers of cells along x and y (booms: along the section), or along the radius and '
-        "around; instead of `mesh_size`",
-    )
-    mesh_shift: Number = Field(
-        default=0.0, ge=0, le=0.4,
-        description='"plate", booms: random displacement of inner nodes, relative to the size of a cell, to show the '
-        "effect of the mesh",
-    )
+    bars: BarsOfSheet | None = Key('bars of `facets = "bars"`, `[sheet.bars]`', default=None, shown="presets")
+    mesh_size: Annotated[Length, Field(gt=0)] | None = Key(
+        '"flexible": largest size of a cell along the edges; a cell has two triangles. Required, except for '
+        "plates and booms with `mesh`", default=None,
+    )  # fmt: skip
+    mesh: tuple[Cells, Cells] | None = Key(
+        '"plate", booms: numbers of cells along x and y (booms: along the section), or along the radius and '
+        "around; instead of `mesh_size`", default=None,
+    )  # fmt: skip
+    mesh_shift: Number = Key(
+        '"plate", booms: random displacement of inner nodes, relative to the size of a cell, to show the '
+        "effect of the mesh", default=0.0, ge=0, le=0.4,
+    )  # fmt: skip
     mesh_grading: tuple[Grading, Grading] = Field(
         default=(0.0, 0.0),
         description='"flexible": grading of the cells of a plate or boom along x and y, or along the radius and around, '
@@ -276,30 +220,25 @@ class Sheet(Model):
         "uniform; 1: the cells follow a sine and are smallest at the edges, see [flexible "
         "facets](sheets.md#flexible-facets)",
     )
-    thickness: Length = Field(gt=0, description="thickness of the sheet")
-    film: Literal["plain", "tension-field"] = Field(
-        default="plain",
-        description='"tension-field": flexible facets carry no compression; they wrinkle, without resolving each wrinkle',
+    thickness: Length = Key("thickness of the sheet", gt=0)
+    film: Literal["plain", "tension-field"] = Key(
+        '"tension-field": flexible facets carry no compression; they wrinkle, without resolving each wrinkle',
+        default="plain"
+    )  # fmt: skip
+    film_rounding: Number = Key(
+        '"tension-field": half-width, as a strain, of the rounded kinks of the law. Strains of this size are '
+        "not accurate; smaller values need more iterations", default=1e-3, gt=0, le=0.1,
+    )  # fmt: skip
+    bend_stiffness_per_length: Annotated[StiffnessOfLine, Field(gt=0)] | None = Key(
+        '"bend-lines", "bars": stiffness of bend lines over their length; absent: the fit of Liu and Paulino '
+        "(2017) to plates", default=None, shown="a preset",
+    )  # fmt: skip
+    crease: tuple[SheetCrease, ...] = Key("stiffness and rest angle of some creases, `[[sheet.crease]]`", default=())
+    support: tuple[SheetSupport, ...] = Key("supports, `[[sheet.support]]`", default=())
+    probe: tuple[SheetProbe, ...] = Key(
+        '"flexible": points whose displacements are in the summary, `[[sheet.probe]]`', default=()
     )
-    film_rounding: Number = Field(
-        default=1e-3, gt=0, le=0.1,
-        description='"tension-field": half-width, as a strain, of the rounded kinks of the law. Strains of this size are '
-        "not accurate; smaller values need more iterations",
-    )
-    bend_stiffness_per_length: Annotated[StiffnessOfLine, Field(gt=0)] | None = Field(
-        default=None,
-        description='"bend-lines", "bars": stiffness of bend lines over their length; absent: the fit of Liu and Paulino '
-        "(2017) to plates",
-        json_schema_extra={"default": "a preset"},
-    )
-    crease: tuple[SheetCrease, ...] = Field(
-        default=(), description="stiffness and rest angle of some creases, `[[sheet.crease]]`"
-    )
-    support: tuple[SheetSupport, ...] = Field(default=(), description="supports, `[[sheet.support]]`")
-    probe: tuple[SheetProbe, ...] = Field(
-        default=(), description='"flexible": points whose displacements are in the summary, `[[sheet.probe]]`'
-    )
-    ply: tuple[SheetPly, ...] = Field(default=(), description='"flexible": plies of a symmetric laminate, `[[sheet.ply]]`')
+    ply: tuple[SheetPly, ...] = Key('"flexible": plies of a symmetric laminate, `[[sheet.ply]]`', default=())
 
     @model_validator(mode="after")
     def _laminate(self) -> Self:

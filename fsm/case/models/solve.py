@@ -10,7 +10,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from fsm.case.models.loads import Drive, Load
-from fsm.case.schema.model import Model, Name
+from fsm.case.schema.model import Key, Model, Name
 from fsm.case.schema.units import Count, Force, Length, Number, Time
 
 Method = Literal[
@@ -22,103 +22,86 @@ Method = Literal[
 class Solve(Model):
     """Settings of the solver."""
 
-    method: Method = Field(
-        default="auto",
-        description='"auto" selects the method; "static": sequence of stable equilibria; "arc-length": whole equilibrium '
+    method: Method = Key(
+        '"auto" selects the method; "static": sequence of stable equilibria; "arc-length": whole equilibrium '
         'path with force control; "generalized-alpha", "mean-force", "newmark", "Radau-blocks": dynamics; '
         '"explicit": dynamics of mechanisms without stiff springs; "Radau", "BDF", "LSODA": references of SciPy',
-    )
-    rtol: Number = Field(
-        default=1e-6, ge=1e-12, le=1e-2,
-        description='relative tolerance; absolute tolerances follow from it and the sizes of the scene. "static": '
-        "predictor tolerance sqrt(rtol) times the size of the structure (rotations: rad)",
-        json_schema_extra={"default": "1e-6; 1e-9 with ideal joints"},
-    )
-    end_time: Annotated[Time, Field(gt=0)] | None = Field(
-        default=None,
-        description="required without a drive. A drive takes (`travel` + `run_up`)/`speed`, 1 % more than travel over "
-        "speed by default; a shorter end time stops it before its end, with a warning",
-        json_schema_extra={"default": "end of the travel"},
-    )
-    max_step: Annotated[Time, Field(gt=0)] | None = Field(
-        default=None,
-        description='largest step size; "arc-length": largest change of the program time in a step, 2 % of the step at most',
-        json_schema_extra={"default": "none"},
-    )
-    max_steps: Count = Field(
-        default=200_000, ge=1,
-        description="number of steps after which the run stops (exit code 3); steps of the motion after a snap count",
-    )
-    spatial: bool = Field(
-        default=False, description="6 degrees of freedom for each body, also if all bodies move in the plane y = 0"
-    )
-    energy_abort: Number = Field(
-        default=0.05, gt=0,
-        description="bound of the energy balance residual over the reference energy ([glossary](glossary.md)). Above it "
+        default="auto",
+    )  # fmt: skip
+    rtol: Number = Key(
+        'relative tolerance; absolute tolerances follow from it and the sizes of the scene. "static": '
+        "predictor tolerance sqrt(rtol) times the size of the structure (rotations: rad)", default=1e-6, ge=1e-12, le=1e-2,
+        shown="1e-6; 1e-9 with ideal joints",
+    )  # fmt: skip
+    end_time: Annotated[Time, Field(gt=0)] | None = Key(
+        "required without a drive. A drive takes (`travel` + `run_up`)/`speed`, 1 % more than travel over "
+        "speed by default; a shorter end time stops it before its end, with a warning", default=None,
+        shown="end of the travel",
+    )  # fmt: skip
+    max_step: Annotated[Time, Field(gt=0)] | None = Key(
+        'largest step size; "arc-length": largest change of the program time in a step, 2 % of the step at most',
+        default=None, shown="none"
+    )  # fmt: skip
+    max_steps: Count = Key(
+        "number of steps after which the run stops (exit code 3); steps of the motion after a snap count", default=200_000,
+        ge=1
+    )  # fmt: skip
+    spatial: bool = Key("6 degrees of freedom for each body, also if all bodies move in the plane y = 0", default=False)
+    energy_abort: Number = Key(
+        "bound of the energy balance residual over the reference energy ([glossary](glossary.md)). Above it "
         "the run stops (exit code 5), but not in the first tenth of the step. In dynamics a residual below 0.5 stops the "
         "run only if it persists until twice the time at which it began, or to the end. Times count from the start of the "
-        "step",
+        "step", default=0.05, gt=0,
+    )  # fmt: skip
+    increment: Annotated[Length, Field(gt=0)] | None = Key(
+        '"static" and "auto" only: first increment of the travel', default=None, shown="a 200th of the travel"
     )
-    increment: Annotated[Length, Field(gt=0)] | None = Field(
-        default=None,
-        description='"static" and "auto" only: first increment of the travel',
-        json_schema_extra={"default": "a 200th of the travel"},
-    )
-    imperfection: Number = Field(
-        default=0.0, ge=-1, le=1,
-        description='"static" and "auto" only: branch followed after a bifurcation. > 0: along the critical mode (the '
-        "first of its largest components is positive); < 0: against it; 0: branch of lower energy",
-    )
-    force_limit: Annotated[Force, Field(gt=0)] | None = Field(
-        default=None,
-        description='"static", also if "auto" selects it, without [[step]]: magnitude of the force of the first drive at '
+    imperfection: Number = Key(
+        '"static" and "auto" only: branch followed after a bifurcation. > 0: along the critical mode (the '
+        "first of its largest components is positive); < 0: against it; 0: branch of lower energy", default=0.0, ge=-1, le=1,
+    )  # fmt: skip
+    force_limit: Annotated[Force, Field(gt=0)] | None = Key(
+        '"static", also if "auto" selects it, without [[step]]: magnitude of the force of the first drive at '
         "which the run ends, with a warning that states the travel; the last state is saved. The force in the motion after "
         "a snap counts too; without damping a snap is a jump, which may end above the limit. For structures that are "
-        "pressed until they lock",
-    )
-    branch: Literal[-1, 1] | None = Field(
-        default=None,
-        description='"arc-length" only: at its first bifurcation the path takes the branch along the critical mode (1: '
+        "pressed until they lock", default=None,
+    )  # fmt: skip
+    branch: Literal[-1, 1] | None = Key(
+        '"arc-length" only: at its first bifurcation the path takes the branch along the critical mode (1: '
         "the first of its largest components is positive) or against it (-1); absent: the path stays on the primary branch",
-    )
-    rho_inf: Annotated[Number, Field(ge=0, le=1)] | None = Field(
         default=None,
-        description='"generalized-alpha" only: spectral radius at infinite frequency (1: no numerical damping; 0: most)',
-        json_schema_extra={"default": "0.6"},
-    )
-    step: Annotated[Time, Field(gt=0)] | None = Field(
-        default=None,
-        description='"generalized-alpha", "mean-force" and "newmark": fixed step size, shortened at saved times',
-        json_schema_extra={"default": "error control"},
-    )
-    error_estimates: Literal["auto", "all", "off"] = Field(
-        default="auto",
-        description="further runs of the case that show the errors due to cells of facets and to steps in time "
+    )  # fmt: skip
+    rho_inf: Annotated[Number, Field(ge=0, le=1)] | None = Key(
+        '"generalized-alpha" only: spectral radius at infinite frequency (1: no numerical damping; 0: most)', default=None,
+        shown="0.6"
+    )  # fmt: skip
+    step: Annotated[Time, Field(gt=0)] | None = Key(
+        '"generalized-alpha", "mean-force" and "newmark": fixed step size, shortened at saved times', default=None,
+        shown="error control"
+    )  # fmt: skip
+    error_estimates: Literal["auto", "all", "off"] = Key(
+        "further runs of the case that show the errors due to cells of facets and to steps in time "
         '([Errors](errors.md)). "auto": if the run is short and no static path with friction or snaps, and in motions of a '
-        '`[scene]` with impacts; "all": always; "off": never. One setting for the whole case',
-    )
+        '`[scene]` with impacts; "all": always; "off": never. One setting for the whole case', default="auto",
+    )  # fmt: skip
 
 
 class SavedPoint(Model):
     """Point of a rigid body or of a frame: `at` in body axes from the centre of mass, m."""
 
-    body: Name = Field(description="body or frame with the point", json_schema_extra={"range": "name of a body or a frame"})
-    at: tuple[Length, Length, Length] = Field(
-        default=(0.0, 0.0, 0.0), description="place in the axes of the body, from its centre of mass"
+    body: Name = Key("body or frame with the point", within="name of a body or a frame")
+    at: tuple[Length, Length, Length] = Key(
+        "place in the axes of the body, from its centre of mass", default=(0.0, 0.0, 0.0)
     )
 
 
 class Save(Model):
     """Spacing of records: `every` in travel of the first drive, or `interval` in time; by default 200 intervals."""
 
-    every: Annotated[Length, Field(gt=0)] | None = Field(
-        default=None, description="distance between records in travel of the first drive"
-    )
-    interval: Annotated[Time, Field(gt=0)] | None = Field(
-        default=None, description="time between records; give `every` or `interval`"
-    )
-    channels: tuple[Annotated[str, Field(min_length=1, max_length=200)], ...] = Field(
-        default=(), description="patterns of the channels to record: `*` is any text, `?` any letter"
+    every: Annotated[Length, Field(gt=0)] | None = Key("distance between records in travel of the first drive", default=None)
+    interval: Annotated[Time, Field(gt=0)] | None = Key("time between records; give `every` or `interval`", default=None)
+    channels: tuple[Annotated[str, Field(min_length=1, max_length=200)], ...] = Key(
+        "patterns of the channels to record: `*` is any text, `?` any letter", default=()
     )
     points: dict[str, SavedPoint] = Field(
         default_factory=dict,
@@ -140,47 +123,33 @@ Kind = Literal["static", "dynamic", "modes", "relax"]
 class Step(Model):
     """One step of a run."""
 
-    name: Name | None = Field(
-        default=None,
-        description="name of the step in results, and for the key `step` of drives and loads",
-        json_schema_extra={"default": '"step 1", "step 2", ...', "range": "all different"},
-    )
-    kind: Kind = Field(
-        description='"static": path of equilibria; "dynamic": motion with inertia; "relax": change to the equilibrium near '
+    name: Name | None = Key(
+        "name of the step in results, and for the key `step` of drives and loads", default=None,
+        shown='"step 1", "step 2", ...', within="all different"
+    )  # fmt: skip
+    kind: Kind = Key(
+        '"static": path of equilibria; "dynamic": motion with inertia; "relax": change to the equilibrium near '
         'by; "modes": natural frequencies',
-    )
-    duration: Annotated[Time, Field(gt=0)] | None = Field(
-        default=None,
-        description='duration of the step; needed by "dynamic" without a drive',
-        json_schema_extra={
-            "default": 'until all drives and loads that begin in this step have ended; "static" without such drives and '
-            "loads: 1 s",
-        },
-    )
-    drive: tuple[Drive, ...] = Field(
-        default=(), description="drives that begin with this step, `[[step.drive]]`, as `[[drive]]`"
-    )
-    load: tuple[Load, ...] = Field(default=(), description="loads that begin with this step, `[[step.load]]`, as `[[load]]`")
-    hold: tuple[Name, ...] = Field(
-        default=(),
-        description='bodies that do not move from this step on: bodies, surfaces, "panel 2", or "all"',
-        json_schema_extra={"range": "names of bodies"},
-    )
-    release: tuple[Name, ...] = Field(
-        default=(),
-        description='held bodies, drives and loads that end with the start of this step; "all": all drives, loads and '
-        "`hold`. A released load decreases to zero over a static step",
-        json_schema_extra={"range": "names of held bodies, drives and loads"},
-    )
-    contact: bool = Field(default=True, description="false: no contact and no friction in this step")
-    modes: Count = Field(default=10, ge=1, le=500, description='"modes": number of natural modes')
-    solve: Solve | None = Field(
-        default=None,
-        description="`[step.solve]`, settings for this step",
-        json_schema_extra={"default": "as in the case", "range": "without `end_time`, `spatial`"},
-    )
-    save: Save | None = Field(
-        default=None,
-        description="`[step.save]`, spacing of records in this step",
-        json_schema_extra={"default": "as in the case"},
-    )
+    )  # fmt: skip
+    duration: Annotated[Time, Field(gt=0)] | None = Key(
+        'duration of the step; needed by "dynamic" without a drive', default=None,
+        shown='until all drives and loads that begin in this step have ended; "static" without such drives and ' "loads: 1 s"
+    )  # fmt: skip
+    drive: tuple[Drive, ...] = Key("drives that begin with this step, `[[step.drive]]`, as `[[drive]]`", default=())
+    load: tuple[Load, ...] = Key("loads that begin with this step, `[[step.load]]`, as `[[load]]`", default=())
+    hold: tuple[Name, ...] = Key(
+        'bodies that do not move from this step on: bodies, surfaces, "panel 2", or "all"', default=(),
+        within="names of bodies"
+    )  # fmt: skip
+    release: tuple[Name, ...] = Key(
+        'held bodies, drives and loads that end with the start of this step; "all": all drives, loads and '
+        "`hold`. A released load decreases to zero over a static step", default=(),
+        within="names of held bodies, drives and loads",
+    )  # fmt: skip
+    contact: bool = Key("false: no contact and no friction in this step", default=True)
+    modes: Count = Key('"modes": number of natural modes', default=10, ge=1, le=500)
+    solve: Solve | None = Key(
+        "`[step.solve]`, settings for this step", default=None, shown="as in the case",
+        within="without `end_time`, `spatial`"
+    )  # fmt: skip
+    save: Save | None = Key("`[step.save]`, spacing of records in this step", default=None, shown="as in the case")

@@ -9,11 +9,11 @@ import math
 from itertools import pairwise
 from typing import Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from fsm.case.models.joint_action import SlideDamper, check_table
 from fsm.case.models.time_program import Table, TimeFunction
-from fsm.case.schema.model import Model, Name
+from fsm.case.schema.model import Key, Model, Name
 from fsm.case.schema.units import Damping, Force, Length, Number, Speed, Stiffness
 
 ONLY = {"tension": 1.0, "compression": -1.0}
@@ -23,36 +23,30 @@ ONLY = {"tension": 1.0, "compression": -1.0}
 class GasSpring(Model):
     """Gas spring: F (column/(column - compression))^exponent pushes both points apart."""
 
-    force: Force = Field(gt=0, description="force at the extended length")
-    length: Length | None = Field(
-        default=None, gt=0, description="extended length", json_schema_extra={"default": "the length at the start"}
-    )
-    column: Length = Field(gt=0, description="length of the column of gas at the extended length: volume over piston area")
-    exponent: Number = Field(default=1.0, gt=0, description="polytropic exponent: 1 slow, 1.4 fast in air or nitrogen")
+    force: Force = Key("force at the extended length", gt=0)
+    length: Length | None = Key("extended length", default=None, gt=0, shown="the length at the start")
+    column: Length = Key("length of the column of gas at the extended length: volume over piston area", gt=0)
+    exponent: Number = Key("polytropic exponent: 1 slow, 1.4 fast in air or nitrogen", default=1.0, gt=0)
 
 
 class SceneSpring(Model):
     """Spring and damper between two points of bodies or the ground; it has no mass."""
 
-    name: Name = Field(description="name of the spring", json_schema_extra={"range": "different from all other springs"})
-    first: str = Field(description="first body", json_schema_extra={"range": "as of a joint"})
-    second: str = Field(description="second body", json_schema_extra={"range": "as of a joint"})
-    at: tuple[Length, Length, Length] = Field(description="point of the first body at the start, inertial axes")
-    to: tuple[Length, Length, Length] = Field(description="point of the second body at the start, inertial axes")
-    free_length: Length | None = Field(
-        default=None, ge=0, description="length without force", json_schema_extra={"default": "the length at the start"}
+    name: Name = Key("name of the spring", within="different from all other springs")
+    first: str = Key("first body", within="as of a joint")
+    second: str = Key("second body", within="as of a joint")
+    at: tuple[Length, Length, Length] = Key("point of the first body at the start, inertial axes")
+    to: tuple[Length, Length, Length] = Key("point of the second body at the start, inertial axes")
+    free_length: Length | None = Key("length without force", default=None, ge=0, shown="the length at the start")
+    stiffness: Stiffness = Key("force over elongation", default=0.0, ge=0)
+    table: tuple[tuple[Length, Force], ...] | None = Key(
+        "rows (elongation, tension), straight between and beyond them, in place of `stiffness`", default=None
     )
-    stiffness: Stiffness = Field(default=0.0, ge=0, description="force over elongation")
-    table: tuple[tuple[Length, Force], ...] | None = Field(
-        default=None, description="rows (elongation, tension), straight between and beyond them, in place of `stiffness`"
-    )
-    damper: SlideDamper | None = Field(default=None, description="damper: force against the rate of the length")
-    force: Force = Field(default=0.0, description="constant tension, negative if it pushes, added to the others")
-    gas: GasSpring | None = Field(default=None, description="gas spring, added to the others")
-    only: Literal["tension", "compression"] | None = Field(
-        default=None,
-        description="the only sense in which it acts; it is slack in the other one",
-        json_schema_extra={"default": "both"},
+    damper: SlideDamper | None = Key("damper: force against the rate of the length", default=None)
+    force: Force = Key("constant tension, negative if it pushes, added to the others", default=0.0)
+    gas: GasSpring | None = Key("gas spring, added to the others", default=None)
+    only: Literal["tension", "compression"] | None = Key(
+        "the only sense in which it acts; it is slack in the other one", default=None, shown="both"
     )
 
     @model_validator(mode="after")
@@ -118,37 +112,30 @@ Place = tuple[Length, Length, Length]
 class CordPoint(Model):
     """Pulley without size, on a body or the ground."""
 
-    body: str = Field(description="body that carries the pulley", json_schema_extra={"range": "as of a joint"})
-    at: Place = Field(description="place of the pulley at the start, inertial axes")
-    friction: Number = Field(
-        default=0.0, ge=0,
-        description="coefficient of friction between cord and pulley (capstan): the tensions of a sliding cord are in the "
-        "ratio exp(friction times angle)",
+    body: str = Key("body that carries the pulley", within="as of a joint")
+    at: Place = Key("place of the pulley at the start, inertial axes")
+    friction: Number = Key(
+        "coefficient of friction between cord and pulley (capstan): the tensions of a sliding cord are in the "
+        "ratio exp(friction times angle)", default=0.0, ge=0,
     )  # fmt: skip
 
 
 class SceneCord(Model):
     """Cord without mass, which pulls and never pushes."""
 
-    name: Name = Field(description="name of the cord", json_schema_extra={"range": "different from all other cords"})
-    first: str = Field(description="body at its first end", json_schema_extra={"range": "as of a joint"})
-    second: str = Field(description="body at its second end", json_schema_extra={"range": "as of a joint"})
-    at: Place = Field(description="first end at the start, inertial axes")
-    to: Place = Field(description="second end at the start, inertial axes")
-    over: tuple[CordPoint, ...] = Field(default=(), description="pulleys in their order from the first end")
-    stiffness: Stiffness = Field(gt=0, description="tension over elongation of the whole cord")
-    damping: Damping = Field(default=0.0, ge=0, description="tension over the rate of the elongation, while it is taut")
-    free_length: Length | None = Field(
-        default=None, gt=0, description="length without tension", json_schema_extra={"default": "the length at the start"}
-    )
-    reel: Length = Field(default=0.0, description="change of the free length by a spool, times `time`; negative winds up")
-    time: TimeFunction | None = Field(
-        default=None, description="[function of time](#functions-of-time) of `reel`", json_schema_extra={"default": "absent"}
-    )
+    name: Name = Key("name of the cord", within="different from all other cords")
+    first: str = Key("body at its first end", within="as of a joint")
+    second: str = Key("body at its second end", within="as of a joint")
+    at: Place = Key("first end at the start, inertial axes")
+    to: Place = Key("second end at the start, inertial axes")
+    over: tuple[CordPoint, ...] = Key("pulleys in their order from the first end", default=())
+    stiffness: Stiffness = Key("tension over elongation of the whole cord", gt=0)
+    damping: Damping = Key("tension over the rate of the elongation, while it is taut", default=0.0, ge=0)
+    free_length: Length | None = Key("length without tension", default=None, gt=0, shown="the length at the start")
+    reel: Length = Key("change of the free length by a spool, times `time`; negative winds up", default=0.0)
+    time: TimeFunction | None = Key("[function of time](#functions-of-time) of `reel`", default=None, shown="absent")
 
-    slip_speed: Speed = Field(
-        default=1e-3, gt=0, description="speed of the cord over a pulley, v, in the friction times tanh(speed/v)"
-    )
+    slip_speed: Speed = Key("speed of the cord over a pulley, v, in the friction times tanh(speed/v)", default=1e-3, gt=0)
 
     @model_validator(mode="after")
     def _spool(self) -> Self:

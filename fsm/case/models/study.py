@@ -12,7 +12,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fsm.case.schema.model import Model
+from fsm.case.schema.model import Key, Model
 from fsm.case.schema.units import Count, Number
 
 Value = float | str
@@ -34,25 +34,22 @@ _NUMBERS = ("low", "high", "mean", "sigma", "mode")
 class StudyDesign(Model):
     """Which runs are made."""
 
-    kind: Design = Field(
-        default="sobol",
-        description='"sobol": runs for Sobol indices, from a Sobol sequence (Saltelli 2010); "latin": Latin hypercube; '
+    kind: Design = Key(
+        '"sobol": runs for Sobol indices, from a Sobol sequence (Saltelli 2010); "latin": Latin hypercube; '
         '"grid": all combinations; "one-at-a-time": each parameter alone, the others nominal; "csv": rows of `file`',
+        default="sobol",
+    )  # fmt: skip
+    sample: Annotated[Count, Field(ge=2, le=1_048_576)] = Key(
+        'size of the base sample: "latin" makes as many runs, "sobol" `sample` times (number of independent '
+        "parameters + 2)", default=64, within='2 to 1048576; "sobol": a power of 2',
+    )  # fmt: skip
+    points: Annotated[Count, Field(ge=2, le=1000)] = Key(
+        'number of values of each parameter of "grid" and "one-at-a-time", equally spaced', default=3
     )
-    sample: Annotated[Count, Field(ge=2, le=1_048_576)] = Field(
-        default=64,
-        description='size of the base sample: "latin" makes as many runs, "sobol" `sample` times (number of independent '
-        "parameters + 2)",
-        json_schema_extra={"range": '2 to 1048576; "sobol": a power of 2'},
-    )
-    points: Annotated[Count, Field(ge=2, le=1000)] = Field(
-        default=3, description='number of values of each parameter of "grid" and "one-at-a-time", equally spaced'
-    )
-    file: Path | None = Field(
-        default=None,
-        description='CSV file of "csv": one column for each parameter, with its path as heading, and one row for each run',
-        json_schema_extra={"default": 'needed by "csv"'},
-    )
+    file: Path | None = Key(
+        'CSV file of "csv": one column for each parameter, with its path as heading, and one row for each run', default=None,
+        shown='needed by "csv"'
+    )  # fmt: skip
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
@@ -69,43 +66,30 @@ class StudyDesign(Model):
 class StudyParameter(Model):
     """A number of the case, with its range or its scatter."""
 
-    path: str = Field(description="dotted path of a number of the case, as for `--set`; for a function any name")
-    low: Value | None = Field(
-        default=None, description="smallest value", json_schema_extra={"default": 'needed by a range and by "triangular"'}
+    path: str = Key("dotted path of a number of the case, as for `--set`; for a function any name")
+    low: Value | None = Key("smallest value", default=None, shown='needed by a range and by "triangular"')
+    high: Value | None = Key("largest value", default=None, shown='needed by a range and by "triangular"')
+    distribution: Distribution | None = Key(
+        '"uniform" from `low` to `high`; "normal", "lognormal" with `mean` and `sigma`; "triangular"', default=None,
+        shown='"uniform"'
+    )  # fmt: skip
+    mean: Value | None = Key("mean of the distribution", default=None, shown="value of the case")
+    sigma: Value | None = Key(
+        'standard deviation; `"5 %"` is a part of the mean', default=None, shown='needed by "normal" and "lognormal"'
     )
-    high: Value | None = Field(
-        default=None, description="largest value", json_schema_extra={"default": 'needed by a range and by "triangular"'}
+    mode: Value | None = Key('most probable value of "triangular"', default=None, shown="value of the case")
+    values: tuple[Value, ...] | None = Key(
+        "equally probable values, also whole numbers, in place of a range or distribution", default=None
     )
-    distribution: Distribution | None = Field(
-        default=None,
-        description='"uniform" from `low` to `high`; "normal", "lognormal" with `mean` and `sigma`; "triangular"',
-        json_schema_extra={"default": '"uniform"'},
-    )
-    mean: Value | None = Field(
-        default=None, description="mean of the distribution", json_schema_extra={"default": "value of the case"}
-    )
-    sigma: Value | None = Field(
-        default=None,
-        description='standard deviation; `"5 %"` is a part of the mean',
-        json_schema_extra={"default": 'needed by "normal" and "lognormal"'},
-    )
-    mode: Value | None = Field(
-        default=None, description='most probable value of "triangular"', json_schema_extra={"default": "value of the case"}
-    )
-    values: tuple[Value, ...] | None = Field(
-        default=None, description="equally probable values, also whole numbers, in place of a range or distribution"
-    )
-    posterior: Path | None = Field(
-        default=None,
-        description="calibration.json of `fsm calibrate`, or crease.h5 beside it: value, standard error and correlations of "
-        "calibrated parameters, in place of a range or distribution",
-    )
-    quantity: str | None = Field(
-        default=None,
-        description="name of the quantity in the file of `posterior`",
-        json_schema_extra={"default": "`path`, or the only quantity whose name ends with it"},
-    )
-    unit: str = Field(default="", description="SI unit of a parameter of a function; that of a case is known")
+    posterior: Path | None = Key(
+        "calibration.json of `fsm calibrate`, or crease.h5 beside it: value, standard error and correlations of "
+        "calibrated parameters, in place of a range or distribution", default=None,
+    )  # fmt: skip
+    quantity: str | None = Key(
+        "name of the quantity in the file of `posterior`", default=None,
+        shown="`path`, or the only quantity whose name ends with it"
+    )  # fmt: skip
+    unit: str = Key("SI unit of a parameter of a function; that of a case is known", default="")
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -133,24 +117,22 @@ class StudyParameter(Model):
 class StudyCorrelation(Model):
     """Correlation of two parameters."""
 
-    between: tuple[str, str] = Field(description="paths of the two parameters")
-    value: Annotated[Number, Field(gt=-1, lt=1)] = Field(
-        description="correlation of their normal scores (Gaussian copula); of two normal numbers the usual correlation"
+    between: tuple[str, str] = Key("paths of the two parameters")
+    value: Annotated[Number, Field(gt=-1, lt=1)] = Key(
+        "correlation of their normal scores (Gaussian copula); of two normal numbers the usual correlation"
     )
 
 
 class StudyResponse(Model):
     """A number of each run."""
 
-    name: str | None = Field(
-        default=None,
-        description="number of the summary, with the name in summary.csv without its unit: `peak_force`; for a function the "
-        "key of its result",
-        json_schema_extra={"default": "needed, or `channel`"},
-    )
-    channel: str | None = Field(default=None, description="name of an output channel, whose extreme is the response")
-    of: Literal["max", "min"] = Field(default="max", description="which extreme of the channel")
-    unit: str = Field(default="", description="SI unit of a result of a function; that of a summary or channel is known")
+    name: str | None = Key(
+        "number of the summary, with the name in summary.csv without its unit: `peak_force`; for a function the "
+        "key of its result", default=None, shown="needed, or `channel`",
+    )  # fmt: skip
+    channel: str | None = Key("name of an output channel, whose extreme is the response", default=None)
+    of: Literal["max", "min"] = Key("which extreme of the channel", default="max")
+    unit: str = Key("SI unit of a result of a function; that of a summary or channel is known", default="")
 
     @model_validator(mode="after")
     def _one(self) -> Self:
@@ -167,29 +149,22 @@ class StudyResponse(Model):
 class StudyFile(Model):
     """Content of a study file."""
 
-    title: str = Field(default="", description="title of the page")
-    case: Path | None = Field(
-        default=None,
-        description="case file, relative to this file",
-        json_schema_extra={"default": "needed, or `function`"},
+    title: str = Key("title of the page", default="")
+    case: Path | None = Key("case file, relative to this file", default=None, shown="needed, or `function`")
+    function: str | None = Key(
+        'Python function in place of a case, `"model.py:peak"`: it gets the parameters by name and returns a '
+        "number or a dict of numbers; the file is executed", default=None,
+    )  # fmt: skip
+    set: tuple[str, ...] = Key("changes of the case, as for `--set`: `strip.panels=8`", default=())
+    seed: Annotated[Count, Field(ge=0, lt=2**63)] = Key("seed of all random numbers", default=0)
+    level: Annotated[Number, Field(ge=0.5, le=0.9999)] = Key(
+        "level of confidence intervals, and part of the runs inside the bands", default=0.95
     )
-    function: str | None = Field(
-        default=None,
-        description='Python function in place of a case, `"model.py:peak"`: it gets the parameters by name and returns a '
-        "number or a dict of numbers; the file is executed",
-    )
-    set: tuple[str, ...] = Field(default=(), description="changes of the case, as for `--set`: `strip.panels=8`")
-    seed: Annotated[Count, Field(ge=0, lt=2**63)] = Field(default=0, description="seed of all random numbers")
-    level: Annotated[Number, Field(ge=0.5, le=0.9999)] = Field(
-        default=0.95, description="level of confidence intervals, and part of the runs inside the bands"
-    )
-    design: StudyDesign = Field(default=StudyDesign(), description="which runs are made")
-    parameter: tuple[StudyParameter, ...] = Field(description="varied parameters, at least one")
-    correlation: tuple[StudyCorrelation, ...] = Field(default=(), description="correlated parameters")
-    response: tuple[StudyResponse, ...] = Field(
-        default=(StudyResponse(name="peak_force"),),
-        description="numbers that are recorded of each run",
-        json_schema_extra={"default": "`peak_force`"},
+    design: StudyDesign = Key("which runs are made", default=StudyDesign())
+    parameter: tuple[StudyParameter, ...] = Key("varied parameters, at least one")
+    correlation: tuple[StudyCorrelation, ...] = Key("correlated parameters", default=())
+    response: tuple[StudyResponse, ...] = Key(
+        "numbers that are recorded of each run", default=(StudyResponse(name="peak_force"),), shown="`peak_force`"
     )
 
     @model_validator(mode="after")
@@ -219,28 +194,26 @@ class StudyFile(Model):
 class OptimiseVariable(Model):
     """A number of the case that the optimisation varies."""
 
-    path: str = Field(description="dotted path of a number of the case, as for `--set`")
-    low: Value = Field(description="lower bound")
-    high: Value = Field(description="upper bound")
-    start: Value | None = Field(
-        default=None,
-        description="first value",
-        json_schema_extra={"default": "value of the case, if it is between the bounds; else their mean"},
+    path: str = Key("dotted path of a number of the case, as for `--set`")
+    low: Value = Key("lower bound")
+    high: Value = Key("upper bound")
+    start: Value | None = Key(
+        "first value", default=None, shown="value of the case, if it is between the bounds; else their mean"
     )
 
 
 class Objective(StudyResponse):
     """The response that the optimisation changes."""
 
-    goal: Literal["minimise", "maximise"] = Field(default="minimise", description="direction of the optimisation")
+    goal: Literal["minimise", "maximise"] = Key("direction of the optimisation", default="minimise")
 
 
 class Constraint(StudyResponse):
     """Bounds of a response; equal bounds prescribe its value."""
 
-    low: Value | None = Field(default=None, description="lower bound", json_schema_extra={"default": "none"})
-    high: Value | None = Field(default=None, description="upper bound", json_schema_extra={"default": "none"})
-    value: Value | None = Field(default=None, description="prescribed value, in place of bounds")
+    low: Value | None = Key("lower bound", default=None, shown="none")
+    high: Value | None = Key("upper bound", default=None, shown="none")
+    value: Value | None = Key("prescribed value, in place of bounds", default=None)
 
     @model_validator(mode="after")
     def _bounded(self) -> Self:
@@ -254,21 +227,15 @@ class Constraint(StudyResponse):
 class OptimiseFile(Model):
     """Content of an optimisation file."""
 
-    title: str = Field(default="", description="title of the figure")
-    case: Path | None = Field(
-        default=None,
-        description="case file, relative to this file",
-        json_schema_extra={"default": "needed, or `function`"},
-    )
-    function: str | None = Field(default=None, description="Python function in place of a case, as in a study")
-    set: tuple[str, ...] = Field(default=(), description="changes of the case, as for `--set`")
-    runs: Annotated[Count, Field(ge=3, le=10_000)] = Field(default=40, description="largest number of runs")
-    tolerance: Annotated[Number, Field(gt=0, lt=0.1)] = Field(
-        default=1e-3, description="relative accuracy of variables and constraints"
-    )
-    variable: tuple[OptimiseVariable, ...] = Field(description="varied numbers, at least one")
-    objective: Objective = Field(description="response that is minimised or maximised")
-    constraint: tuple[Constraint, ...] = Field(default=(), description="bounds of other responses")
+    title: str = Key("title of the figure", default="")
+    case: Path | None = Key("case file, relative to this file", default=None, shown="needed, or `function`")
+    function: str | None = Key("Python function in place of a case, as in a study", default=None)
+    set: tuple[str, ...] = Key("changes of the case, as for `--set`", default=())
+    runs: Annotated[Count, Field(ge=3, le=10_000)] = Key("largest number of runs", default=40)
+    tolerance: Annotated[Number, Field(gt=0, lt=0.1)] = Key("relative accuracy of variables and constraints", default=1e-3)
+    variable: tuple[OptimiseVariable, ...] = Key("varied numbers, at least one")
+    objective: Objective = Key("response that is minimised or maximised")
+    constraint: tuple[Constraint, ...] = Key("bounds of other responses", default=())
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

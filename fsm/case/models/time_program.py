@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fsm.case.schema.model import Model
+from fsm.case.schema.model import Key, Model
 from fsm.case.schema.units import Angle, Force, Length, Moment, Number, Stress, Time
 
 AMOUNTS = ("travel", "turn", "force", "moment", "pressure")
@@ -21,20 +21,19 @@ _KIND = '"constant": the factor 1; "ramp": from 0 at `start` to 1 at `end`; "tab
 class Constant(Model):
     """Factor 1 at all times."""
 
-    kind: Literal["constant"] = Field(default="constant", description=_KIND)
+    kind: Literal["constant"] = Key(_KIND, default="constant")
 
 
 class Ramp(Model):
     """Factor that increases from 0 at `start` to 1 at `end`."""
 
-    kind: Literal["ramp"] = Field(description=_KIND)
-    start: Time = Field(default=0.0, description="time at which the ramp begins")
-    end: Time = Field(description="time at which the ramp ends", json_schema_extra={"range": "> start"})
-    shape: Literal["smooth", "linear", "unbounded"] = Field(
-        default="smooth",
-        description='"smooth" has a continuous slope; "unbounded" is linear also before `start` and after `end`, for loads '
-        'with "arc-length"',
-    )
+    kind: Literal["ramp"] = Key(_KIND)
+    start: Time = Key("time at which the ramp begins", default=0.0)
+    end: Time = Key("time at which the ramp ends", within="> start")
+    shape: Literal["smooth", "linear", "unbounded"] = Key(
+        '"smooth" has a continuous slope; "unbounded" is linear also before `start` and after `end`, for loads '
+        'with "arc-length"', default="smooth",
+    )  # fmt: skip
 
     @model_validator(mode="after")
     def _forward(self) -> Self:
@@ -48,46 +47,29 @@ class Ramp(Model):
 class Table(Model):
     """Rows of a program over time; constant before the first and after the last row."""
 
-    kind: Literal["table"] = Field(description=_KIND)
-    time: tuple[Time, ...] | None = Field(
-        default=None, description="times of the rows", json_schema_extra={"range": "increasing, two or more"}
+    kind: Literal["table"] = Key(_KIND)
+    time: tuple[Time, ...] | None = Key("times of the rows", default=None, within="increasing, two or more")
+    value: tuple[Number, ...] | None = Key(
+        "factors; give this, one of the next five keys, or `file`", default=None, within="as many as times"
     )
-    value: tuple[Number, ...] | None = Field(
-        default=None,
-        description="factors; give this, one of the next five keys, or `file`",
-        json_schema_extra={"range": "as many as times"},
+    travel: tuple[Length, ...] | None = Key(
+        "travel of a drive, instead of `drive.travel`", default=None, within="as many as times"
     )
-    travel: tuple[Length, ...] | None = Field(
-        default=None,
-        description="travel of a drive, instead of `drive.travel`",
-        json_schema_extra={"range": "as many as times"},
+    turn: tuple[Angle, ...] | None = Key("turn of a drive, instead of `drive.turn`", default=None, within="as many as times")
+    force: tuple[Force, ...] | None = Key(
+        "force of a load along the vector `load.force`, of any length", default=None, within="as many as times"
     )
-    turn: tuple[Angle, ...] | None = Field(
-        default=None, description="turn of a drive, instead of `drive.turn`", json_schema_extra={"range": "as many as times"}
+    moment: tuple[Moment, ...] | None = Key(
+        "moment of a load along the vector `load.moment`", default=None, within="as many as times"
     )
-    force: tuple[Force, ...] | None = Field(
-        default=None,
-        description="force of a load along the vector `load.force`, of any length",
-        json_schema_extra={"range": "as many as times"},
+    pressure: tuple[Stress, ...] | None = Key(
+        "pressure of a load, instead of `load.pressure`", default=None, within="as many as times"
     )
-    moment: tuple[Moment, ...] | None = Field(
-        default=None,
-        description="moment of a load along the vector `load.moment`",
-        json_schema_extra={"range": "as many as times"},
-    )
-    pressure: tuple[Stress, ...] | None = Field(
-        default=None,
-        description="pressure of a load, instead of `load.pressure`",
-        json_schema_extra={"range": "as many as times"},
-    )
-    file: str | None = Field(
-        default=None, description="CSV file with the columns `time` and one of the others, relative to the case file"
-    )
-    interpolation: Literal["linear", "smooth"] | None = Field(
-        default=None,
-        description='"linear", or "smooth": cubic pieces without overshoot, at rest at both ends',
-        json_schema_extra={"default": '"smooth" for a drive, "linear" for a load'},
-    )
+    file: str | None = Key("CSV file with the columns `time` and one of the others, relative to the case file", default=None)
+    interpolation: Literal["linear", "smooth"] | None = Key(
+        '"linear", or "smooth": cubic pieces without overshoot, at rest at both ends', default=None,
+        shown='"smooth" for a drive, "linear" for a load'
+    )  # fmt: skip
 
     @property
     def amount(self) -> str | None:
@@ -118,17 +100,16 @@ class Table(Model):
 class Cycle(Model):
     """Periodic factor from `start` on, with one sine wave a period."""
 
-    kind: Literal["cycle"] = Field(description=_KIND)
-    period: Time = Field(gt=0, description="duration of a period")
-    start: Time = Field(default=0.0, description="time at which the first period begins")
-    cycles: Annotated[Number, Field(gt=0)] | None = Field(
-        default=None, description="number of periods; required for a drive; a load without it has no end"
+    kind: Literal["cycle"] = Key(_KIND)
+    period: Time = Key("duration of a period", gt=0)
+    start: Time = Key("time at which the first period begins", default=0.0)
+    cycles: Annotated[Number, Field(gt=0)] | None = Key(
+        "number of periods; required for a drive; a load without it has no end", default=None
     )
-    form: Literal["pulsating", "alternating"] = Field(
-        default="pulsating",
-        description='"pulsating" is (1 - cos)/2, which starts at rest and lies between 0 and 1; "alternating" is sin, '
-        "between -1 and 1",
-    )
+    form: Literal["pulsating", "alternating"] = Key(
+        '"pulsating" is (1 - cos)/2, which starts at rest and lies between 0 and 1; "alternating" is sin, '
+        "between -1 and 1", default="pulsating",
+    )  # fmt: skip
 
 
 TimeFunction = Annotated[Constant | Ramp | Table | Cycle, Field(discriminator="kind")]

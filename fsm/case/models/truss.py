@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fsm.case.schema.model import Model, Name
+from fsm.case.schema.model import Key, Model, Name
 from fsm.case.schema.units import Angle, AngularStiffness, Count, Force, Length, Mass, Number, Time
 
 AXIAL_LAWS = {
@@ -23,54 +23,42 @@ Number0 = Annotated[Count, Field(ge=0)]
 class SceneTruss(Model):
     """Points that bars join, with rotational springs between triangles of points: a bar-and-hinge model."""
 
-    name: Name = Field(description="name of the truss", json_schema_extra={"range": "different from all other names"})
-    points: tuple[tuple[Length, Length, Length], ...] = Field(min_length=2, description="positions at the start")
-    mass: tuple[Annotated[Mass, Field(gt=0)], ...] = Field(
-        description="masses of the points", json_schema_extra={"range": "> 0, one for each point"}
+    name: Name = Key("name of the truss", within="different from all other names")
+    points: tuple[tuple[Length, Length, Length], ...] = Key("positions at the start", min_length=2)
+    mass: tuple[Annotated[Mass, Field(gt=0)], ...] = Key("masses of the points", within="> 0, one for each point")
+    bars: tuple[tuple[Number0, Number0], ...] = Key("two numbers of points of each bar, from 0", min_length=1)
+    stiffness: tuple[Annotated[Force, Field(gt=0)], ...] = Key(
+        "stiffness of each bar: Young's modulus times the area", within="> 0, one for each bar"
     )
-    bars: tuple[tuple[Number0, Number0], ...] = Field(min_length=1, description="two numbers of points of each bar, from 0")
-    stiffness: tuple[Annotated[Force, Field(gt=0)], ...] = Field(
-        description="stiffness of each bar: Young's modulus times the area",
-        json_schema_extra={"range": "> 0, one for each bar"},
+    law: AxialLaw = Key(
+        'energy over E A L as a function of the stretch s. "linear": (s - 1)^2/2. "green": (s^2 - 1)^2/8. '
+        '"ogden": [(s^a - 1)/a - (s^b - 1)/b]/(a - b)', default="linear",
+    )  # fmt: skip
+    exponents: tuple[Number, Number] = Key('a and b of "ogden"', default=(5.0, 1.0), within="different")
+    folds: tuple[tuple[Number0, Number0, Number0, Number0], ...] = Key(
+        "four numbers of points of each rotational spring: a point of the left triangle, both ends of the "
+        "line, a point of the right triangle", default=(),
+    )  # fmt: skip
+    fold_stiffness: tuple[Annotated[AngularStiffness, Field(ge=0)], ...] = Key(
+        "stiffness of each rotational spring", default=(), within=">= 0, one for each fold"
     )
-    law: AxialLaw = Field(
-        default="linear",
-        description='energy over E A L as a function of the stretch s. "linear": (s - 1)^2/2. "green": (s^2 - 1)^2/8. '
-        '"ogden": [(s^a - 1)/a - (s^b - 1)/b]/(a - b)',
+    fold_rest: tuple[Angle, ...] = Key(
+        "fold angle at which the moment is zero; 0 is flat, a valley is positive", default=(), within="one for each fold"
     )
-    exponents: tuple[Number, Number] = Field(
-        default=(5.0, 1.0), description='a and b of "ogden"', json_schema_extra={"range": "different"}
+    bend_lines: Number0 = Key(
+        "number of folds at the end of the list that are bend lines; their energy counts as energy of the " "panels",
+        default=0, within="at most the number of folds"
+    )  # fmt: skip
+    linear_to: Angle = Key(
+        "fold angle beyond which moments rise like a tangent function, and faster in the last twentieth of the "
+        "range, to infinity at 180 degrees", default=math.pi, gt=0, le=math.pi,
+    )  # fmt: skip
+    viscosity: Time = Key("Kelvin-Voigt damping of bars and springs: c = viscosity k", default=0.0, ge=0)
+    faces: tuple[Annotated[tuple[Number0, ...], Field(min_length=3, max_length=4)], ...] = Key(
+        "drawn faces", default=(), within=">= 0, 3 or 4 points each"
     )
-    folds: tuple[tuple[Number0, Number0, Number0, Number0], ...] = Field(
-        default=(),
-        description="four numbers of points of each rotational spring: a point of the left triangle, both ends of the "
-        "line, a point of the right triangle",
-    )
-    fold_stiffness: tuple[Annotated[AngularStiffness, Field(ge=0)], ...] = Field(
-        default=(), description="stiffness of each rotational spring", json_schema_extra={"range": ">= 0, one for each fold"}
-    )
-    fold_rest: tuple[Angle, ...] = Field(
-        default=(),
-        description="fold angle at which the moment is zero; 0 is flat, a valley is positive",
-        json_schema_extra={"range": "one for each fold"},
-    )
-    bend_lines: Number0 = Field(
-        default=0,
-        description="number of folds at the end of the list that are bend lines; their energy counts as energy of the "
-        "panels",
-        json_schema_extra={"range": "at most the number of folds"},
-    )
-    linear_to: Angle = Field(
-        default=math.pi, gt=0, le=math.pi,
-        description="fold angle beyond which moments rise like a tangent function, and faster in the last twentieth of the "
-        "range, to infinity at 180 degrees",
-    )
-    viscosity: Time = Field(default=0.0, ge=0, description="Kelvin-Voigt damping of bars and springs: c = viscosity k")
-    faces: tuple[Annotated[tuple[Number0, ...], Field(min_length=3, max_length=4)], ...] = Field(
-        default=(), description="drawn faces", json_schema_extra={"range": ">= 0, 3 or 4 points each"}
-    )
-    held: tuple[tuple[Number0, Annotated[str, Field(pattern="^[xyz]{1,3}$")]], ...] = Field(
-        default=(), description='number of a point and its fixed directions, for example `[[0, "xyz"], [5, "z"]]`'
+    held: tuple[tuple[Number0, Annotated[str, Field(pattern="^[xyz]{1,3}$")]], ...] = Key(
+        'number of a point and its fixed directions, for example `[[0, "xyz"], [5, "z"]]`', default=()
     )
 
     @model_validator(mode="after")

@@ -12,7 +12,7 @@ from fsm.case.models.coupling import Elasticity
 from fsm.case.models.flexible import Elements
 from fsm.case.models.joint_action import HingeSpring, TurnDamper, TurnFriction, TurnHarness, TurnLatch, TurnStop
 from fsm.case.models.joint_motor import TurnMotor
-from fsm.case.schema.model import Model
+from fsm.case.schema.model import Key, Model
 from fsm.case.schema.units import Angle, Count, Density, Length, Mass, Number, Stress, Time
 
 _SQUARE = 1e-6
@@ -23,62 +23,48 @@ _FAILED = re.compile(r"(spring|damper|latch|motor|cable) (root|\d+|side \d+)")
 class WingHinge(Model):
     """What acts in a hinge; angles are zero in the deployed wing and positive in the stowed wing."""
 
-    spring: HingeSpring | None = Field(
-        default=None, description="spring, or the law of a crease"
-    )
-    damper: TurnDamper | None = Field(default=None, description="damper")
-    friction: TurnFriction | None = Field(default=None, description="friction")
-    harness: TurnHarness | None = Field(default=None, description="moment of a cable harness")
-    stop: TurnStop | None = Field(default=None, description="stop")
-    latch: TurnLatch | None = Field(default=None, description="latch")
-    motor: TurnMotor | None = Field(default=None, description="motor")
+    spring: HingeSpring | None = Key("spring, or the law of a crease", default=None)
+    damper: TurnDamper | None = Key("damper", default=None)
+    friction: TurnFriction | None = Key("friction", default=None)
+    harness: TurnHarness | None = Key("moment of a cable harness", default=None)
+    stop: TurnStop | None = Key("stop", default=None)
+    latch: TurnLatch | None = Key("latch", default=None)
+    motor: TurnMotor | None = Key("motor", default=None)
 
 
 class WingYoke(Model):
     """Frame between the base and the first panel."""
 
-    length: Length = Field(gt=0, description="size from the base to the first panel")
-    width: Length | None = Field(
-        default=None, gt=0, description="size along the hinge lines", json_schema_extra={"default": "that of the panels"}
-    )
-    thickness: Length | None = Field(
-        default=None, gt=0, description="thickness", json_schema_extra={"default": "that of the panels"}
-    )
-    mass: Mass = Field(gt=0, description="mass, spread evenly over its area")
+    length: Length = Key("size from the base to the first panel", gt=0)
+    width: Length | None = Key("size along the hinge lines", default=None, gt=0, shown="that of the panels")
+    thickness: Length | None = Key("thickness", default=None, gt=0, shown="that of the panels")
+    mass: Mass = Key("mass, spread evenly over its area", gt=0)
 
 
 class HoldDown(Model):
     """Clamp that keeps parts of the stowed wing and the base together until its release."""
 
-    release: Time = Field(gt=0, description="time of the release")
-    parts: tuple[str, ...] | None = Field(
-        default=None,
-        min_length=2,
-        description='parts that it clamps to each other: "base", "yoke", "panel 2", "side 3"',
-        json_schema_extra={"default": "the base and all parts"},
-    )
+    release: Time = Key("time of the release", gt=0)
+    parts: tuple[str, ...] | None = Key(
+        'parts that it clamps to each other: "base", "yoke", "panel 2", "side 3"', default=None, min_length=2,
+        shown="the base and all parts"
+    )  # fmt: skip
 
 
 class SideRow(Model):
     """Second row of panels, folded sideways: each lies on its panel at the start and turns about one of its long edges."""
 
-    panels: tuple[Count, ...] | None = Field(
-        default=None, min_length=1, description="numbers of the panels that have one",
-        json_schema_extra={"default": "the last", "range": "all different, at most `panels`"},
+    panels: tuple[Count, ...] | None = Key(
+        "numbers of the panels that have one", default=None, min_length=1, shown="the last",
+        within="all different, at most `panels`"
     )  # fmt: skip
-    width: Length | None = Field(
-        default=None, gt=0, description="size across the long edge", json_schema_extra={"default": "that of the panels"}
+    width: Length | None = Key("size across the long edge", default=None, gt=0, shown="that of the panels")
+    mass: Annotated[Mass, Field(gt=0)] | None = Key("mass, spread evenly", default=None, shown="as the panels, by area")
+    edge: Literal["left", "right"] = Key(
+        'edge of the panel: "left" is towards `hinge_axis`, "right" away from it', default="left"
     )
-    mass: Annotated[Mass, Field(gt=0)] | None = Field(
-        default=None, description="mass, spread evenly", json_schema_extra={"default": "as the panels, by area"}
-    )
-    edge: Literal["left", "right"] = Field(
-        default="left", description='edge of the panel: "left" is towards `hinge_axis`, "right" away from it'
-    )
-    stowed: Angle = Field(
-        default=math.pi, description="angle at the start; zero is deployed", json_schema_extra={"default": "180 deg"}
-    )
-    hinge: WingHinge = Field(default=WingHinge(), description="what acts in its hinges, as in `hinge`")
+    stowed: Angle = Key("angle at the start; zero is deployed", default=math.pi, shown="180 deg")
+    hinge: WingHinge = Key("what acts in its hinges, as in `hinge`", default=WingHinge())
 
 
 class FlexiblePanels(Model):
@@ -87,25 +73,22 @@ class FlexiblePanels(Model):
     The panels keep their mass, without the inertia of their thickness against rotation.
     """
 
-    kind: Literal["beam", "film"] = Field(
-        default="beam",
-        description='"beam": panels bend about their hinge lines only, which must be along y; "film": they bend and twist, '
-        "and steps take much longer",
-    )
-    young: Stress = Field(
-        gt=0, description="Young's modulus of a homogeneous panel of `thickness` with the bending stiffness of the real one"
-    )
-    poisson: Number = Field(default=0.3, gt=-1, lt=0.5, description="films: Poisson's ratio")
-    mesh: tuple[Elements, Elements] = Field(
-        default=(4, 4),
-        description="number of elements of each panel along its length, and with films along its width; elements of films "
-        "are best about square",
-    )
-    viscosity: Time = Field(default=0.0, ge=0, description="Kelvin-Voigt time, as of films and beams")
-    parts: tuple[str, ...] | None = Field(
-        default=None, min_length=1, description='panels that bend: "panel 2", "side 3"',
-        json_schema_extra={"default": "all panels; the yoke is rigid"},
+    kind: Literal["beam", "film"] = Key(
+        '"beam": panels bend about their hinge lines only, which must be along y; "film": they bend and twist, '
+        "and steps take much longer", default="beam",
     )  # fmt: skip
+    young: Stress = Key(
+        "Young's modulus of a homogeneous panel of `thickness` with the bending stiffness of the real one", gt=0
+    )
+    poisson: Number = Key("films: Poisson's ratio", default=0.3, gt=-1, lt=0.5)
+    mesh: tuple[Elements, Elements] = Key(
+        "number of elements of each panel along its length, and with films along its width; elements of films "
+        "are best about square", default=(4, 4),
+    )  # fmt: skip
+    viscosity: Time = Key("Kelvin-Voigt time, as of films and beams", default=0.0, ge=0)
+    parts: tuple[str, ...] | None = Key(
+        'panels that bend: "panel 2", "side 3"', default=None, min_length=1, shown="all panels; the yoke is rigid"
+    )
 
 
 class Wing(Model):
@@ -115,66 +98,44 @@ class Wing(Model):
     towards the base; "root" is that of the yoke.
     """
 
-    panels: Count = Field(ge=1, le=200, description="number of panels")
-    length: Length = Field(gt=0, description="size of a panel from hinge line to hinge line")
-    width: Length = Field(gt=0, description="size of a panel along the hinge lines")
-    thickness: Length = Field(gt=0, description="thickness of a panel")
-    mass: Annotated[Mass, Field(gt=0)] | None = Field(
-        default=None, description="mass of a panel, spread evenly; give `mass` or `density`"
-    )
-    density: Annotated[Density, Field(gt=0)] | None = Field(
-        default=None, description="mean density of a panel; give `mass` or `density`"
-    )
-    gap: Length | None = Field(
-        default=None, gt=0,
-        description="distance between the middles of neighbouring stowed panels; hinge lines lie half of it off the middle",
-        json_schema_extra={"default": "`thickness`"},
+    panels: Count = Key("number of panels", ge=1, le=200)
+    length: Length = Key("size of a panel from hinge line to hinge line", gt=0)
+    width: Length = Key("size of a panel along the hinge lines", gt=0)
+    thickness: Length = Key("thickness of a panel", gt=0)
+    mass: Annotated[Mass, Field(gt=0)] | None = Key("mass of a panel, spread evenly; give `mass` or `density`", default=None)
+    density: Annotated[Density, Field(gt=0)] | None = Key("mean density of a panel; give `mass` or `density`", default=None)
+    gap: Length | None = Key(
+        "distance between the middles of neighbouring stowed panels; hinge lines lie half of it off the middle",
+        default=None, gt=0, shown="`thickness`"
     )  # fmt: skip
-    yoke: WingYoke | None = Field(default=None, description="frame between the base and the first panel")
-    base: str = Field(default="ground", description='body that carries the wing: "ground", or a body of [scene]')
-    at: tuple[Length, Length, Length] = Field(
-        default=(0.0, 0.0, 0.0), description="middle of the hinge line on the base, inertial axes"
+    yoke: WingYoke | None = Key("frame between the base and the first panel", default=None)
+    base: str = Key('body that carries the wing: "ground", or a body of [scene]', default="ground")
+    at: tuple[Length, Length, Length] = Key("middle of the hinge line on the base, inertial axes", default=(0.0, 0.0, 0.0))
+    along: tuple[Number, Number, Number] = Key("direction of the deployed wing from the base", default=(1.0, 0.0, 0.0))
+    hinge_axis: tuple[Number, Number, Number] = Key(
+        "direction of the hinge lines, at a right angle to `along`", default=(0.0, 1.0, 0.0)
     )
-    along: tuple[Number, Number, Number] = Field(
-        default=(1.0, 0.0, 0.0), description="direction of the deployed wing from the base"
-    )
-    hinge_axis: tuple[Number, Number, Number] = Field(
-        default=(0.0, 1.0, 0.0), description="direction of the hinge lines, at a right angle to `along`"
-    )
-    stowed: tuple[Angle, ...] | None = Field(
-        default=None,
-        description="angles of the hinges at the start, from the base on; zero is deployed",
-        json_schema_extra={"default": "90 degrees on the base, 180 degrees between panels", "range": "one for each hinge"},
-    )
-    hinge: WingHinge = Field(default=WingHinge(), description="what acts in every hinge")
-    root: WingHinge | None = Field(
-        default=None,
-        description="what acts in the hinge on the base",
-        json_schema_extra={"default": "as `hinge`"},
-    )
-    synchronisation: Literal["cable"] | None = Field(
-        default=None,
-        description='"cable": cables with pulleys join each hinge to the next, so that all reach zero together; their '
-        "ratios are those of the stowed angles, 2 : 1 at the root",
-        json_schema_extra={"default": "none"},
-    )
-    cable: Elasticity | None = Field(
-        default=None,
-        description="elasticity of the cables, on the angle of the hinge nearer to the base",
-        json_schema_extra={"default": "none, the cables are ideal"},
-    )
-    hold_downs: tuple[HoldDown, ...] = Field(
-        default=(), description="clamps of the stowed wing, each with the time of its release"
-    )
-    side: SideRow | None = Field(default=None, description="second row of panels, folded sideways")
-    flexible: FlexiblePanels | None = Field(
-        default=None, description="panels that bend", json_schema_extra={"default": "all panels are rigid"}
-    )
-    failed: tuple[str, ...] = Field(
-        default=(),
-        description='parts that do not act: `"spring 3"` is the spring of hinge 3; also `damper`, `latch` and `motor`; '
-        '`"spring root"` with a yoke; `"cable 3"` ends at hinge 3; `"spring side 2"` is that of side 2',
-    )
+    stowed: tuple[Angle, ...] | None = Key(
+        "angles of the hinges at the start, from the base on; zero is deployed", default=None,
+        shown="90 degrees on the base, 180 degrees between panels", within="one for each hinge"
+    )  # fmt: skip
+    hinge: WingHinge = Key("what acts in every hinge", default=WingHinge())
+    root: WingHinge | None = Key("what acts in the hinge on the base", default=None, shown="as `hinge`")
+    synchronisation: Literal["cable"] | None = Key(
+        '"cable": cables with pulleys join each hinge to the next, so that all reach zero together; their '
+        "ratios are those of the stowed angles, 2 : 1 at the root", default=None, shown="none",
+    )  # fmt: skip
+    cable: Elasticity | None = Key(
+        "elasticity of the cables, on the angle of the hinge nearer to the base", default=None,
+        shown="none, the cables are ideal"
+    )  # fmt: skip
+    hold_downs: tuple[HoldDown, ...] = Key("clamps of the stowed wing, each with the time of its release", default=())
+    side: SideRow | None = Key("second row of panels, folded sideways", default=None)
+    flexible: FlexiblePanels | None = Key("panels that bend", default=None, shown="all panels are rigid")
+    failed: tuple[str, ...] = Key(
+        'parts that do not act: `"spring 3"` is the spring of hinge 3; also `damper`, `latch` and `motor`; '
+        '`"spring root"` with a yoke; `"cable 3"` ends at hinge 3; `"spring side 2"` is that of side 2', default=(),
+    )  # fmt: skip
 
     @property
     def panel_mass(self) -> float:

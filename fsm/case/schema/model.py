@@ -19,6 +19,15 @@ else:
     ModelMetaclass = type(BaseModel)
 
 
+def Key(meaning: str, *, default: Any = ..., shown: str = "", within: str = "", **bounds: Any) -> Any:
+    """Key of a section: pydantic's `Field` with its meaning, in one phrase that may have Markdown.
+
+    `shown` and `within` state its default and its range in words, where the type does not. `bounds` are those of `Field`.
+    """
+    words: dict[str, Any] = {name: text for name, text in (("default", shown), ("range", within)) if text}
+    return Field(default, description=meaning, json_schema_extra=words or None, **bounds)
+
+
 Name = Annotated[str, Field(min_length=1, max_length=100, pattern=r"^[^\x00-\x1f\x7f]*$")]
 """Name of an object, without control characters, for messages, files and figures."""
 
