@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fsm.case.models.fold_data import FoldData
+from fsm.case.models.flexible_facets import FoldData
 from fsm.case.models.scene import Scene
 from fsm.model.nodes.facets.folds import FoldGroup
 from fsm.results.solution import Solution

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from scipy.stats import norm
 
-from fsm.calibrate.parameters import with_values
 from fsm.calibrate.response import Response, force_response, peak_of
+from fsm.calibrate.study import with_values
 from fsm.calibrate.uncertainty import Estimate
 from fsm.case.models.case import Case
 from fsm.errors import CaseError, FsmError

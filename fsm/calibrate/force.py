@@ -16,10 +16,20 @@ from scipy.stats import norm
 from fsm.calibrate.band import Band, linear_band, sampled_band, widen_band
 from fsm.calibrate.data import MeasuredTable, read_table
 from fsm.calibrate.identify import ForceTest, Identification, Parameter, Prior, identify
-from fsm.calibrate.parameters import unit_of, value_at, with_values
 from fsm.calibrate.report import Calibration, Options, quantities_of
 from fsm.calibrate.response import force_response
-from fsm.calibrate.study import MeasuredCurve, Predict, Study, StudyParameter, StudyPrior, Value, read_study
+from fsm.calibrate.study import (
+    MeasuredCurve,
+    Predict,
+    Study,
+    StudyParameter,
+    StudyPrior,
+    Value,
+    read_study,
+    unit_of,
+    value_at,
+    with_values,
+)
 from fsm.calibrate.uncertainty import Estimate
 from fsm.case.loading.load_case import load_case
 from fsm.case.loading.toml_file import read_toml

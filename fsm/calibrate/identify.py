@@ -8,7 +8,7 @@ Cholesky factor of the correlation matrix. A prior for r = p_j or r = p_j/p_k ad
 
 Derivatives come from `fsm.calibrate.sensitivity`. The unknown of a positive parameter is its logarithm. The search begins at
 several points within the bounds, and the best minimum is the result. The covariance contains the scatter of whole repeats
-and the model discrepancy (`fsm.calibrate.discrepancy`).
+and the model discrepancy (`fsm.calibrate.uncertainty`).
 """
 
 from __future__ import annotations
@@ -22,10 +22,9 @@ from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import least_squares
 from scipy.stats import norm
 
-from fsm.calibrate.discrepancy import LinearisedTest, ParameterSpread, parameter_spread
-from fsm.calibrate.parameters import value_at, with_values
 from fsm.calibrate.response import Response, force_response
-from fsm.calibrate.uncertainty import Estimate, fit_gain, identifiability
+from fsm.calibrate.study import value_at, with_values
+from fsm.calibrate.uncertainty import Estimate, LinearisedTest, ParameterSpread, fit_gain, identifiability, parameter_spread
 from fsm.case.models.case import Case
 from fsm.errors import CaseError, Fault, FsmError
 

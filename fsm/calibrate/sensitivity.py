@@ -36,7 +36,7 @@ import numpy as np
 from scipy.sparse.linalg import splu
 
 from fsm.builders.scene import build_scene
-from fsm.calibrate.parameters import value_at, with_values
+from fsm.calibrate.study import value_at, with_values
 from fsm.case.derived.planar import out_of_plane
 from fsm.case.models.case import Case
 from fsm.case.models.scene import Scene

@@ -23,20 +23,19 @@ from fsm.case.plan.step_items import loads_of, start_of, with_paths_of_steps
 from fsm.check import contact
 from fsm.check.array import describe_array
 from fsm.check.drive import drive_of_strip_lines, drives_line, pulled_beyond_length
-from fsm.check.facets import pressure_line
 from fsm.check.film import describe_film
 from fsm.check.flexible import approximations_of_films, beam_lines, cable_lines, film_lines, truss_lines
 from fsm.check.gas import gas_lines
 from fsm.check.joints import joint_lines, margin_lines, margin_warnings
 from fsm.check.library import library_lines, library_warnings
 from fsm.check.numbers import body_lines, crease_lines, element_lines, lattice_lines, material_lines, strip_lines
-from fsm.check.sheet import sheet_lines, sheet_support_lines
+from fsm.check.sheet import pressure_line, sheet_lines, sheet_support_lines
 from fsm.check.view import CheckContext
 from fsm.errors import CaseError, Fault
 from fsm.model.bodies.drive import PrescribedMotion, run_up_of
+from fsm.model.faults.check_contacts import gas_faults
 from fsm.model.faults.check_scene import check_scene
 from fsm.model.faults.crease_checks import crease_faults, crease_warnings
-from fsm.model.faults.gas_checks import gas_faults
 from fsm.model.faults.overlap import find_overlaps
 from fsm.model.plan.in_python import cost_in_python
 from fsm.model.plan.joint_state import JointsAtStart

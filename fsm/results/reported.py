@@ -1,14 +1,20 @@
-"""Results that a case asks for in `report`, and the reactions of its joints."""
+"""Results that a case asks for in `report`, and the reactions of its joints.
+
+Events of joints in a summary, and in a file: latches that close and open, stops that are hit.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from fsm.io.csv_file import write_csv
 from fsm.results.channel import AXES, Channel
+from fsm.text.shown_units import shown
 
 ROUND_OFF = 1e-12
 """Size of a channel that is shown as 0, in SI units."""
@@ -70,3 +76,33 @@ def largest_reactions(channels: Mapping[str, Channel], time: np.ndarray) -> list
 def shown_name(label: str) -> str:
     """Name of a channel of a joint in texts and figures: without its kind."""
     return label.removeprefix("joint.")
+
+
+_COLUMNS = ("time", "what", "joint", "coordinate", "rate_before", "impulse", "largest", "unit")
+LISTED = 20
+"""Largest number of events that the printed table lists."""
+
+
+def write_events_csv(events: Sequence[Mapping[str, Any]], target: Path) -> None:
+    """Write events: time (s), what happens, joint, coordinate and rate before it, impulse and largest effort in SI, and the
+    unit of the coordinate; with "rad" the impulse is in N m s and the effort in N m, with "m" in N s and N. `[[event]]` has
+    its name in place of a joint, and no numbers.
+    """
+    write_csv(target, ["time (s)", *_COLUMNS[1:]], ([event[key] for key in _COLUMNS] for event in events))
+
+
+def event_lines(events: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """Table of events, one line each."""
+    for event in events[:LISTED]:
+        if not event["unit"]:  # of [[event]]
+            yield f"{event['time']:.6g} s  {event['joint']}: {event['what']}"
+            continue
+        rate, impulse, largest = event["rate_before"], event["impulse"], event["largest"]
+        if event["unit"] == "rad":
+            units = shown(rate, "rad/s"), shown(impulse, "N m s"), shown(largest, "N m"), "moment"
+        else:
+            units = shown(rate, "m/s"), shown(impulse, "N s"), shown(largest, "N"), "force"
+        text = f"{event['time']:.6g} s  {event['joint']}: {event['what']}, rate {units[0]}"
+        yield text + ("" if event["what"] == "latch opens" else f", impulse {units[1]}, largest {units[3]} {units[2]}")
+    if len(events) > LISTED:
+        yield f"and {len(events) - LISTED} more; see events.csv"

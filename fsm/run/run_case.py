@@ -22,8 +22,8 @@ from fsm.kernels import jit
 from fsm.registry import load_extensions
 from fsm.results.channel import write_channels_csv
 from fsm.results.export import when_columns, write_contact_csv, write_force_csv, write_history_csv, write_points_csv
-from fsm.results.joint_events import write_events_csv
 from fsm.results.quantities import touching_pairs
+from fsm.results.reported import write_events_csv
 from fsm.results.solution import Solution
 from fsm.results.step_data import write_load_path_csv
 from fsm.results.store import part_path, read_solution

@@ -6,8 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from fsm.results.joint_events import event_lines
-from fsm.results.reported import ROUND_OFF, shown_name
+from fsm.results.reported import ROUND_OFF, event_lines, shown_name
 from fsm.results.summary_file import largest_errors
 from fsm.text.load_names import load_units
 from fsm.text.shown_units import ShownUnit, count, margin_texts, shown_unit, turns

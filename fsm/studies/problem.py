@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from fsm.calibrate.parameters import value_at
+from fsm.calibrate.study import value_at
 from fsm.case.loading.load_case import LoadedCase, load_tables
 from fsm.case.loading.overrides import Given, apply_overrides, check_path, split_override
 from fsm.case.models.case import root

@@ -15,7 +15,7 @@ import pytest
 from fsm.builders.lattice import build_lattice
 from fsm.builders.strip import build_strip
 from fsm.case.models.case import Case
-from fsm.case.models.fold_data import FoldData
+from fsm.case.models.flexible_facets import FoldData
 from fsm.case.models.loads import Drive, Load
 from fsm.case.models.materials import SplineCrease
 from fsm.case.models.scene import GROUND, Body, ForceElement, Scene

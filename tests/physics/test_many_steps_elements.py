@@ -14,7 +14,7 @@ import pytest
 from fsm.analyses.array import compile_array
 from fsm.case.checks.check_scissor import default_holds
 from fsm.case.loading.load_case import load_case
-from fsm.case.models.fold_data import FoldData
+from fsm.case.models.flexible_facets import FoldData
 from fsm.case.models.materials import Material
 from fsm.case.models.scissor import BarSection, HingeJoint, PointForce, Scissor, Stop
 from fsm.case.models.time_program import Ramp

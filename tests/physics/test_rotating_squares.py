@@ -9,9 +9,8 @@ import pytest
 
 from fsm.calibrate.force import read_tests
 from fsm.calibrate.identify import identify
-from fsm.calibrate.parameters import with_values
 from fsm.calibrate.response import force_response
-from fsm.calibrate.study import read_study
+from fsm.calibrate.study import read_study, with_values
 from fsm.case.loading.load_case import load_case
 from validation.rotating_squares.check import LOADINGS, MODELS, moved
 from validation.rotating_squares.dense import Squares, beams

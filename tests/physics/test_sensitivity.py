@@ -7,9 +7,9 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 
-from fsm.calibrate.parameters import value_at, with_values
 from fsm.calibrate.response import Response, force_response, peak_of, peak_response
 from fsm.calibrate.sensitivity import VariedParameter, vary_parameters
+from fsm.calibrate.study import value_at, with_values
 from fsm.case.models.case import Case
 from fsm.errors import CaseError
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm, t
 
-from fsm.calibrate.discrepancy import LinearisedTest, ParameterSpread, parameter_spread
+from fsm.calibrate.uncertainty import LinearisedTest, ParameterSpread, parameter_spread
 
 TRUE = np.array([1.0, 0.5])
 TRAVEL = np.linspace(0.05, 1.0, 20)

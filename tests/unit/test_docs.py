@@ -25,9 +25,8 @@ from fsm.case.models.materials import SplineCrease
 from fsm.case.models.sheet import _KEYS as KEYS_OF_SHEETS
 from fsm.case.models.sheet import BOOMS, Sheet
 from fsm.case.models.solve import Solve
-from fsm.case.schema.key_facts import facts_of
 from fsm.case.schema.model import Model
-from fsm.case.schema.schema import Place
+from fsm.case.schema.schema import Place, facts_of
 from fsm.cli.command_line import CALIBRATIONS, cli
 from fsm.run.run_case import run_case
 from fsm.solve.outcome.status import Event

@@ -15,7 +15,7 @@ from fsm.case.loading.json_schema import case_schema
 from fsm.case.loading.key_help import all_keys, help_lines
 from fsm.case.models.case import Strip, root
 from fsm.case.models.sheet import Sheet
-from fsm.case.schema.key_facts import facts_of, section_of
+from fsm.case.schema.schema import facts_of, section_of
 from fsm.cli.command_line import cli
 from fsm.cli.init import _ALSO, kinds
 

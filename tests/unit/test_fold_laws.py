@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fsm.case.models.fold_data import UNIT, FoldData
+from fsm.case.models.flexible_facets import UNIT, FoldData
 from fsm.case.models.materials import SplineCrease
 from fsm.kernels.blocks import BlockMatrix
 from fsm.model.compile.fold_laws_of import fold_laws_of

@@ -13,9 +13,8 @@ from click.testing import CliRunner
 from fsm.calibrate.data import read_table
 from fsm.calibrate.force import QUANTITIES, force_test, read_tests
 from fsm.calibrate.identify import identify
-from fsm.calibrate.parameters import unit_of
 from fsm.calibrate.response import force_response
-from fsm.calibrate.study import MeasuredCurve, read_study
+from fsm.calibrate.study import MeasuredCurve, read_study, unit_of
 from fsm.case.loading.load_case import load_case
 from fsm.cli.command_line import cli
 from fsm.errors import CaseError

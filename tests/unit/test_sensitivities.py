@@ -10,9 +10,9 @@ from click.testing import CliRunner
 
 import fsm
 from fsm.builders.scene import build_scene
-from fsm.calibrate.parameters import value_at
 from fsm.calibrate.response import force_response
 from fsm.calibrate.sensitivity import vary_parameters
+from fsm.calibrate.study import value_at
 from fsm.cli.command_line import cli
 from fsm.errors import CaseError
 from fsm.model.compile.compile import compile_scene

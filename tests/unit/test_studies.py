@@ -18,8 +18,7 @@ from fsm.case.loading.model_file import read_file
 from fsm.case.models.study import StudyFile
 from fsm.cli.command_line import cli
 from fsm.errors import CaseError
-from fsm.studies.indices import sobol_indices
-from fsm.studies.result import StudyResult
+from fsm.studies.result import StudyResult, sobol_indices
 from fsm.studies.scatter import values_at
 from fsm.studies.search import JOURNAL
 from fsm.studies.study import _prepare, run_study

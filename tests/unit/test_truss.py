@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fsm.builders.patterns.generators import miura, waterbomb
-from fsm.case.models.fold_data import FoldData
+from fsm.case.models.flexible_facets import FoldData
 from fsm.case.pattern_files.pattern import Pattern
 from fsm.kernels.blocks import BlockMatrix
 from fsm.model.compile.fold_laws_of import fold_laws_of

@@ -22,9 +22,8 @@ from fsm.calibrate.band import linear_band, widen_band
 from fsm.calibrate.data import MeasuredTable
 from fsm.calibrate.force import force_test, relative_misfit
 from fsm.calibrate.identify import ForceTest, Parameter, identify
-from fsm.calibrate.parameters import with_values
 from fsm.calibrate.response import force_response
-from fsm.calibrate.study import MeasuredCurve
+from fsm.calibrate.study import MeasuredCurve, with_values
 from fsm.calibrate.uncertainty import Estimate
 from fsm.case.models.case import Case
 from fsm.run.workers import run_jobs

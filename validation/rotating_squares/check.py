@@ -17,9 +17,8 @@ import numpy as np
 
 from fsm.calibrate.force import read_tests
 from fsm.calibrate.identify import identify
-from fsm.calibrate.parameters import value_at, with_values
 from fsm.calibrate.response import force_response, peak_of, peak_response
-from fsm.calibrate.study import read_study
+from fsm.calibrate.study import read_study, value_at, with_values
 from fsm.case.loading.load_case import load_case
 from fsm.case.models.case import Case
 from fsm.views.plots.style import COLOURS, WIDE, figure

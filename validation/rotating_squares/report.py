@@ -21,10 +21,9 @@ import numpy as np
 from fsm.builders.scene import build_scene
 from fsm.calibrate.force import calibrate_force, read_tests
 from fsm.calibrate.identify import ForceTest, Identification, Parameter, Prior, identify
-from fsm.calibrate.parameters import with_values
 from fsm.calibrate.report import Calibration, Options, table_lines, write_calibration
 from fsm.calibrate.response import force_response, peak_response
-from fsm.calibrate.study import read_study
+from fsm.calibrate.study import read_study, with_values
 from fsm.calibrate.uncertainty import Estimate
 from fsm.case.loading.load_case import load_case
 from fsm.case.models.case import Case

@@ -24,8 +24,7 @@ from fsm.case.derived.frame_bodies import quaternion_matrix
 from fsm.case.models.case import Case
 from fsm.case.models.facet_mesh import FacetMesh, MeshPoint
 from fsm.case.models.flexible import SceneFrame
-from fsm.case.models.flexible_facets import SHEET, FlexibleFacets
-from fsm.case.models.fold_data import FoldData
+from fsm.case.models.flexible_facets import SHEET, FlexibleFacets, FoldData
 from fsm.case.models.laminate import Laminate, laminate_of
 from fsm.case.models.loads import Drive, Load
 from fsm.case.models.scene import Body, ContactPair, ForceElement, Scene

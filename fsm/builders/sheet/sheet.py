@@ -22,8 +22,7 @@ from fsm.builders.sheet.sheet_joints import (
     sheet_joints,
     time_of_folding,
 )
-from fsm.builders.sheet.sheet_loads import facet_name, facets_of_vertices, placed_loads, vertex_name
-from fsm.builders.sheet.sheet_supports import check_supports
+from fsm.builders.sheet.sheet_loads import check_supports, facet_name, facets_of_vertices, placed_loads, vertex_name
 from fsm.case.models.case import Case
 from fsm.case.models.flexible_facets import SHEET
 from fsm.case.models.loads import Drive

@@ -11,11 +11,10 @@ from fsm.builders.sheet.flexible_sheet import contact_of_nodes
 from fsm.builders.sheet.sheet import sheet_place, vertex_springs
 from fsm.builders.sheet.sheet_gas import with_gas
 from fsm.builders.sheet.sheet_joints import Folds, facet_damping, sheet_joints
-from fsm.builders.sheet.sheet_loads import placed_loads, vertex_name
-from fsm.builders.sheet.sheet_supports import check_supports
+from fsm.builders.sheet.sheet_loads import check_supports, placed_loads, vertex_name
 from fsm.case.models.case import Case
 from fsm.case.models.flexible import SceneFrame
-from fsm.case.models.fold_data import FoldData
+from fsm.case.models.flexible_facets import FoldData
 from fsm.case.models.loads import Drive
 from fsm.case.models.scene import Body, ForceElement, Scene
 from fsm.case.models.sheet import Sheet

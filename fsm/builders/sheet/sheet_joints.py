@@ -14,7 +14,7 @@ import numpy as np
 
 from fsm.builders.patterns.of_sheet import bend_stiffness_per_length, folding_letters, pattern_of
 from fsm.case.models.case import Case
-from fsm.case.models.fold_data import UNIT, FoldData
+from fsm.case.models.flexible_facets import UNIT, FoldData
 from fsm.case.models.materials import DAMPING, UNREAD, Crease, LinearCrease, SplineCrease
 from fsm.case.models.sheet import Sheet
 from fsm.case.models.sheet_parts import SheetCrease

@@ -14,8 +14,7 @@ from annotated_types import Ge, Gt, Le, Lt, MaxLen, MinLen
 from pydantic import BaseModel, BeforeValidator
 
 from fsm.case.models.case import Case, root
-from fsm.case.schema.key_facts import facts_of, plain
-from fsm.case.schema.schema import Place, metadata_of
+from fsm.case.schema.schema import Place, facts_of, metadata_of, plain
 from fsm.case.schema.units import Unit
 
 _QUANTITY = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*[^\d\s]?.*$"

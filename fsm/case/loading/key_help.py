@@ -14,9 +14,8 @@ from fsm.case.models.case import root
 from fsm.case.models.coupling import OWN_COUPLINGS
 from fsm.case.models.materials import SplineCrease
 from fsm.case.models.study import OptimiseFile, StudyFile
-from fsm.case.schema.key_facts import facts_of, plain, section_of
 from fsm.case.schema.model import Model
-from fsm.case.schema.schema import Place
+from fsm.case.schema.schema import Place, facts_of, plain, section_of
 from fsm.case.schema.units import did_you_mean
 from fsm.errors import CaseError
 from fsm.library import Entry, entries

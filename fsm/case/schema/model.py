@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from fsm.case.schema.faults import faults_of
-from fsm.case.schema.key_facts import facts_of, plain
-from fsm.case.schema.schema import Place
+from fsm.case.schema.schema import Place, facts_of, plain
 from fsm.errors import CaseError
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fsm.case.derived.mechanism_lines import MechanismLine, mechanism_lines
+from fsm.case.derived.joint_frames import MechanismLine, mechanism_lines
 from fsm.case.derived.planar import out_of_plane
 from fsm.case.models.loads import Drive
 from fsm.case.models.scene import DIRECTIONS, GROUND, Body, ForceElement, Plate, Scene

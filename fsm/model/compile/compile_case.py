@@ -15,8 +15,8 @@ from fsm.case.models.scene import Scene
 from fsm.case.plan.step_items import with_paths_of_steps
 from fsm.errors import CaseError, Fault
 from fsm.model.compile.compile import compile_scene
+from fsm.model.faults.check_contacts import gas_faults
 from fsm.model.faults.crease_checks import crease_faults, crease_warnings
-from fsm.model.faults.gas_checks import gas_faults
 from fsm.model.faults.overlap import find_overlaps, find_pierced
 from fsm.model.faults.separate import overlaps, separate, shallowest
 from fsm.model.plan.joint_state import JointsAtStart

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.case.models.fold_data import FoldData
+from fsm.case.models.flexible_facets import FoldData
 from fsm.kernels.programs import CONSTANT, ramp
 from fsm.laws.crease import CreaseLaws, join_curves, openings_of
 from fsm.laws.crease_sliders import Sliders, new_sliders

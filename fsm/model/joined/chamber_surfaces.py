@@ -1,7 +1,7 @@
 """Surfaces of chambers of gas, with lids over rings of nodes: volumes, their gradients, and the tangents of lids.
 
 A lid over a ring of nodes v_i consists of the triangles of its edges and of its tip c = sum w_i v_i
-(`fsm.case.models.chambers.Lid`). With e_i = v_i - c, an edge has the force s_i = e_i x e_(i+1)/6 of a unit pressure on
+(`fsm.case.models.gas.Lid`). With e_i = v_i - c, an edge has the force s_i = e_i x e_(i+1)/6 of a unit pressure on
 both of its nodes and on the tip, which shares it among the nodes in the parts w_i. The changes of s_i with e_i and e_(i+1)
 join nodes beside each other; those with c join all nodes of the ring, so this part of the tangent is also of low rank.
 """
@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.case.models.chambers import Chamber, Lid
+from fsm.case.models.gas import Chamber, Lid
 from fsm.kernels.jit import kernel
 from fsm.model.nodes.facets.pressure import PressedFaces, add_triangle_force
 

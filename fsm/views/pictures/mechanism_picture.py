@@ -12,8 +12,7 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from fsm.builders.scene import build_scene
 from fsm.case.derived.frame_bodies import quaternion_matrix
-from fsm.case.derived.joint_frames import joint_axes
-from fsm.case.derived.mechanism_lines import LINK, mechanism_lines, mechanism_size
+from fsm.case.derived.joint_frames import LINK, joint_axes, mechanism_lines, mechanism_size
 from fsm.case.models.case import Case
 from fsm.case.models.joint import SceneJoint
 from fsm.case.models.scene import GROUND, Scene
