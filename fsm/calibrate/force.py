@@ -13,23 +13,13 @@ import numpy as np
 from scipy.optimize import nnls
 from scipy.stats import norm
 
+from fsm.calibrate import study as study_file
 from fsm.calibrate.band import Band, linear_band, sampled_band, widen_band
 from fsm.calibrate.data import MeasuredTable, read_table
 from fsm.calibrate.identify import ForceTest, Identification, Parameter, Prior, identify
 from fsm.calibrate.report import Calibration, Options, quantities_of
 from fsm.calibrate.response import force_response
-from fsm.calibrate.study import (
-    MeasuredCurve,
-    Predict,
-    Study,
-    StudyParameter,
-    StudyPrior,
-    Value,
-    read_study,
-    unit_of,
-    value_at,
-    with_values,
-)
+from fsm.calibrate.study import MeasuredCurve, Predict, Study, StudyParameter, StudyPrior, Value
 from fsm.calibrate.uncertainty import Estimate
 from fsm.case.loading.load_case import load_case
 from fsm.case.loading.toml_file import read_toml
@@ -61,7 +51,7 @@ def calibrate_force(data: Path, options: Options) -> Calibration:
     FsmError
         The model cannot be solved at any starting point of the fit, or too many Monte Carlo samples fail.
     """
-    study = read_study(data)
+    study = study_file.read_study(data)
     with Progress(options.progress, 1.0, study.title or data.name, jit) as bar:
         return run_study(study, data, options, lambda fraction: bar.step(fraction, 0))
 
@@ -84,7 +74,7 @@ def run_study(
     files = [path.parent / study.case, *(path.parent / curve.data for curve in study.curve)]
     result = Calibration("force", (path, *files))
     names = found.estimate.names
-    units = [*(unit_of(tests[0].case, one.path) for one in parameters), *["N"] * (len(names) - len(parameters))]
+    units = [*(study_file.unit_of(tests[0].case, one.path) for one in parameters), *["N"] * (len(names) - len(parameters))]
     result.quantities = quantities_of(names, units, found.estimate, options.level)
     result.numbers = _numbers(found, tests, bands)
     result.warnings = list(found.warnings)
@@ -203,7 +193,7 @@ def _mean_curve(
 
 
 def _parameter(one: StudyParameter, number: int, case: Case, units: str, path: Path) -> Parameter:
-    value, unit = value_at(case, one.path), unit_of(case, one.path)
+    value, unit = study_file.value_at(case, one.path), study_file.unit_of(case, one.path)
     lower, upper = _bounds(one, unit, units, f"parameter.{number}", path)
     start = value if one.start is None else _in_si(one.start, unit, units, f"parameter.{number}.start", path)
     return Parameter(one.path, lower, upper, min(max(start, lower), upper))
@@ -211,10 +201,10 @@ def _parameter(one: StudyParameter, number: int, case: Case, units: str, path: P
 
 def _prior(one: StudyPrior, number: int, case: Case, units: str, path: Path) -> Prior:
     place = f"prior.{number}"
-    lower, upper = _bounds(one, unit_of(case, one.above), units, place, path)
+    lower, upper = _bounds(one, study_file.unit_of(case, one.above), units, place, path)
     if lower <= 0.0:
         raise CaseError(Fault(f"{place}.lower", f"is {one.lower}; the bounds of a prior must be greater than 0"), str(path))
-    scale = to_si(1.0, unit_of(case, one.below), units) if one.below else 1.0
+    scale = to_si(1.0, study_file.unit_of(case, one.below), units) if one.below else 1.0
     return Prior(one.above, one.below, math.sqrt(lower * upper) / scale, math.log(upper / lower) / math.sqrt(12.0))
 
 
@@ -283,8 +273,8 @@ def _predict(
     `misfit` is the relative model discrepancy in the tests, and `left_out` the result of `left_out_errors`.
     """
     values = dict(zip(estimate.names, estimate.values.tolist(), strict=True))
-    case = with_values(load_case(path.parent / study.case, request.set).case, values)
-    travel = np.linspace(0.0, value_at(case, "drive.0.travel"), request.points)
+    case = study_file.with_values(load_case(path.parent / study.case, request.set).case, values)
+    travel = np.linspace(0.0, study_file.value_at(case, "drive.0.travel"), request.points)
     response = force_response(case, travel, list(estimate.names))
     linear = linear_band(response, estimate, options.level)
     band = linear
@@ -343,7 +333,7 @@ def left_out_errors(
     for test in tests:
         found = identify([other for other in tests if other is not test], begun, priors, 1, seed)
         fitted = dict(zip(found.estimate.names, found.estimate.values.tolist(), strict=True))
-        case = with_values(test.case, {one.path: fitted[one.path] for one in parameters})
+        case = study_file.with_values(test.case, {one.path: fitted[one.path] for one in parameters})
         error = force_response(case, test.travel).force - test.force
         own = sum(((size * shape) ** 2 for _, shape, size in test.added_forces), np.zeros(len(error)))
         scatter = test.scatter()

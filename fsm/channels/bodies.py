@@ -8,19 +8,8 @@ import numpy as np
 
 from fsm.builders.sheet.beside_sheet import points_on_facets
 from fsm.case.schema.known_names import nearest_name
-from fsm.channels.offer import (
-    Model,
-    Offer,
-    State,
-    in_space,
-    motion_of_bodies,
-    offers,
-    placed,
-    positions,
-    quaternions,
-    rotated,
-    rotation_since,
-)
+from fsm.channels import offer
+from fsm.channels.offer import Model, Offer, State
 from fsm.errors import CaseError, Fault
 from fsm.model.system.system import SegmentSystem
 from fsm.results.channel import AXES, Dim
@@ -28,13 +17,13 @@ from fsm.results.channel import AXES, Dim
 _QUATERNION = Dim("quaternion", ("w", "x", "y", "z"), "1", "component of the unit quaternion, scalar part first")
 
 
-@offers
+@offer.offers
 def bodies(model: Model) -> Iterator[Offer]:
     """body.<name>.position, .rotation, .orientation, .velocity, .angular_velocity."""
     if not isinstance(model.system, SegmentSystem):
         return
     table = model.system.bodies
-    start = quaternions(table.pose)
+    start = offer.quaternions(table.pose)
     for i, body in enumerate(table.names[1:], start=1):
         name = f"body.{body}"
         yield Offer(f"{name}.position", "m", "centre of mass", _position(i), (AXES,))
@@ -45,7 +34,7 @@ def bodies(model: Model) -> Iterator[Offer]:
         yield Offer(f"{name}.angular_velocity", "rad/s", "angular velocity, inertial axes", _rate(i, 1), (AXES,))
 
 
-@offers
+@offer.offers
 def supports(model: Model) -> Iterator[Offer]:
     """support.<body>.force and .moment of every body that is held or driven in any step; of the ground about the origin."""
     if not isinstance(model.system, SegmentSystem):
@@ -63,7 +52,7 @@ def supports(model: Model) -> Iterator[Offer]:
         yield Offer(f"{name}.moment", "N m", text, _reaction(i, 1), (AXES,))
 
 
-@offers
+@offer.offers
 def points(model: Model) -> Iterator[Offer]:
     """point.<name>.position, .displacement, .velocity of the points in `[save.points]`."""
     wanted = model.case.save.points
@@ -78,7 +67,7 @@ def points(model: Model) -> Iterator[Offer]:
             faults.append(Fault(f"save.points.{name}.body", f"no body is called {body!r}{near}"))
             continue
         i, arm = table.names.index(body), np.array(origin) + np.array(point.at)
-        start = positions(table.pose)[i] + rotated(quaternions(table.pose)[i : i + 1], arm[None])[0]
+        start = offer.positions(table.pose)[i] + offer.rotated(offer.quaternions(table.pose)[i : i + 1], arm[None])[0]
         yield Offer(f"point.{name}.position", "m", f"point of {point.body}", _point(i, arm, np.zeros(3)), (AXES,))
         yield Offer(f"point.{name}.displacement", "m", "displacement since the start", _point(i, arm, start), (AXES,))
         yield Offer(f"point.{name}.velocity", "m/s", f"velocity of the point of {point.body}", _velocity(i, arm), (AXES,))
@@ -88,16 +77,16 @@ def points(model: Model) -> Iterator[Offer]:
 
 def _point(i: int, arm: np.ndarray, start: np.ndarray) -> Callable[[State], np.ndarray]:
     def at(state: State) -> np.ndarray:
-        places, turned, _, _ = state.once(motion_of_bodies)
-        return np.asarray(places[i] - start + rotated(turned[i : i + 1], arm[None])[0])
+        places, turned, _, _ = state.once(offer.motion_of_bodies)
+        return np.asarray(places[i] - start + offer.rotated(turned[i : i + 1], arm[None])[0])
 
     return at
 
 
 def _velocity(i: int, arm: np.ndarray) -> Callable[[State], np.ndarray]:
     def at(state: State) -> np.ndarray:
-        _, turned, velocity, spin = state.once(motion_of_bodies)
-        return np.asarray(velocity[i] + np.cross(spin[i], rotated(turned[i : i + 1], arm[None])[0]))
+        _, turned, velocity, spin = state.once(offer.motion_of_bodies)
+        return np.asarray(velocity[i] + np.cross(spin[i], offer.rotated(turned[i : i + 1], arm[None])[0]))
 
     return at
 
@@ -105,26 +94,26 @@ def _velocity(i: int, arm: np.ndarray) -> Callable[[State], np.ndarray]:
 def _wrenches(state: State) -> tuple[np.ndarray, np.ndarray]:
     """Reactions of all bodies in inertial axes."""
     wrenches = state.system.reactions(state.time, state.q, state.u, state.before)
-    return in_space(wrenches, state.once(motion_of_bodies)[1])
+    return offer.in_space(wrenches, state.once(offer.motion_of_bodies)[1])
 
 
 def _position(i: int) -> Callable[[State], np.ndarray]:
-    return lambda state: state.once(motion_of_bodies)[0][i]
+    return lambda state: state.once(offer.motion_of_bodies)[0][i]
 
 
 def _orientation(i: int) -> Callable[[State], np.ndarray]:
-    return lambda state: state.once(motion_of_bodies)[1][i]
+    return lambda state: state.once(offer.motion_of_bodies)[1][i]
 
 
 def _rate(i: int, part: int) -> Callable[[State], np.ndarray]:
-    return lambda state: state.once(motion_of_bodies)[2 + part][i]
+    return lambda state: state.once(offer.motion_of_bodies)[2 + part][i]
 
 
 def _rotation(i: int, pose: np.ndarray, start: np.ndarray) -> Callable[[State], np.ndarray]:
     def at(state: State) -> np.ndarray:
         if len(pose) == 3:  # in the plane, the angle is known beyond pi
-            return np.array([0.0, placed(state)[0][i, 2] - pose[2], 0.0])
-        return rotation_since(start, state.once(motion_of_bodies)[1][i])
+            return np.array([0.0, offer.placed(state)[0][i, 2] - pose[2], 0.0])
+        return offer.rotation_since(start, state.once(offer.motion_of_bodies)[1][i])
 
     return at
 

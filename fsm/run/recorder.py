@@ -13,17 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fsm.analyses.analysis import (
-    Analysis,
-    RunStep,
-    States,
-    StepResult,
-    counted,
-    final_loads,
-    step_modes,
-    step_summaries,
-    total_of,
-)
+from fsm.analyses import analysis as steps_of
+from fsm.analyses.analysis import Analysis, RunStep, States, StepResult
 from fsm.analyses.at_start import equilibrium_at_start
 from fsm.analyses.choose import analysis_of
 from fsm.analyses.comparison import Comparison, Statement, compared
@@ -183,7 +174,7 @@ class RecordedSolve:
                 raise NotConverged(round_off.refusal())
             watch = partial(_further, bar)
             solution.array = self.analysis.array_motion(solution, self.warnings, watch)
-            statistics, energy_balance = total_of(self.done, self.points), self.energy_balance
+            statistics, energy_balance = steps_of.total_of(self.done, self.points), self.energy_balance
             assert energy_balance is not None
             arcs = [number for number, result in enumerate(self.done, 1) if result.method == "arc-length"]
             events, unlisted = joint_events(self.current)
@@ -193,8 +184,8 @@ class RecordedSolve:
                 rows = [*events.get("joint_events", ()), *self.watch.rows(self.current)]
                 events = {"joint_events": sorted(rows, key=lambda row: row["time"])} if rows else {}
             summary = summary_of(self.analysis, solution, statistics, energy_balance, self.warnings, round_off, arcs) | {
-                "loads": final_loads(self.done),
-                "step": step_summaries(self.done, self.points, solution),
+                "loads": steps_of.final_loads(self.done),
+                "step": steps_of.step_summaries(self.done, self.points, solution),
             }
             summary |= events
             solution.load_path = LoadPath.of([result.path for result in self.done])
@@ -266,7 +257,7 @@ class RecordedSolve:
                 self._change_to(system.energy(step.start, q, None).stored)
                 self._record(writer, self._still(step.start, q, u, self.energy_balance))
         elif step.kind == "modes":
-            found = step_modes(self.analysis, system, step, self.number, q)
+            found = steps_of.step_modes(self.analysis, system, step, self.number, q)
             self.modes.append(found)
             result.frequencies = found.frequency.tolist()
             if not self.records and self.number + 1 == len(self.steps):  # the run consists of natural modes only
@@ -287,12 +278,12 @@ class RecordedSolve:
                 if saved.time > self.until:
                     self._record(writer, saved)
             self.warnings += path.warnings
-            u, result.counters, result.path = np.zeros(system.nu), counted(path.statistics), path.loads
+            u, result.counters, result.path = np.zeros(system.nu), steps_of.counted(path.statistics), path.loads
             result.loads = {name: tuple(rows[-1]) for name, rows in path.loads["loads"].items()}
         else:
             assert self.energy_balance is not None
             statistics = self._solve(step, writer, bar, self.energy_balance, after, (step.start, q, u))
-            result.counters, result.method = counted(statistics), statistics.method
+            result.counters, result.method = steps_of.counted(statistics), statistics.method
             result.events = [asdict(event) for event in statistics.events]
             end: AcceptedStep | None = self.latest
             if end is not None:

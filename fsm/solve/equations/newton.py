@@ -151,7 +151,6 @@ class _AtRest:
         """Configuration (nq,) after an increment."""
         return self.system.retract(q, x)
 
-
     def lock(self) -> bool:
         """Begin with the multipliers of locked directions of the last accepted state; false without any."""
         return self.system.lock(0.0)

@@ -15,24 +15,11 @@ from fsm.errors import CaseError
 from fsm.results.channel import select_channels
 from fsm.results.reported import ROUND_OFF, columns_of, reactions, shown_name
 from fsm.results.solution import Solution
+from fsm.views.plots import style as look
 from fsm.views.plots.drawing import line_width, points
-from fsm.views.plots.style import (
-    COLOURS,
-    DASHES,
-    GREY,
-    HANDLE_WIDTH,
-    ROW_HEIGHT,
-    WIDE,
-    abscissa,
-    figure,
-    figure_unit,
-    name_width,
-    rounded,
-    shortened,
-)
 
 Diagrams = dict[tuple[str, str], dict[str, np.ndarray]]
-_MOST = len(COLOURS) * len(DASHES)
+_MOST = len(look.COLOURS) * len(look.DASHES)
 """Largest number of lines of a diagram with different colours and dashes."""
 _HEIGHT = 2.4
 """Height of one diagram, inches."""
@@ -75,7 +62,7 @@ def plot_channels(solution: Solution, patterns: Sequence[str], path: str | Path,
         channel = solution.channels[name]
         unit = channel.info.unit
         diagrams.setdefault((unit, QUANTITY.get(unit, "value")), {}).update(channel.columns)
-    draw_diagrams(path, *((solution.time, "time (s)") if over_time else abscissa(solution)), diagrams)
+    draw_diagrams(path, *((solution.time, "time (s)") if over_time else look.abscissa(solution)), diagrams)
     return names
 
 
@@ -91,17 +78,19 @@ def draw_diagrams(
     diagrams : values (n,) in SI units by name, for each diagram by its unit and quantity
     marks : abscissas of vertical lines by their name, in all diagrams
     """
-    with figure(path, (WIDE[0], 0.6 + _HEIGHT * len(diagrams))) as fig:
+    with look.figure(path, (look.WIDE[0], 0.6 + _HEIGHT * len(diagrams))) as fig:
         axes = fig.subplots(len(diagrams), 1, sharex=True, squeeze=False)[:, 0]
         for ax, ((unit, quantity), columns) in zip(axes, diagrams.items(), strict=True):
-            shown = figure_unit(unit, [*columns.values()])
+            shown = look.figure_unit(unit, [*columns.values()])
             for k, (name, values) in enumerate(columns.items()):
                 colour, dashes = line_of(k, len(columns))
-                ax.plot(x, shown.factor * values, dashes, color=colour, linewidth=line_width(1.0), label=shortened(name))
+                ax.plot(
+                    x, shown.factor * values, dashes, color=colour, linewidth=line_width(1.0), label=look.shortened(name)
+                )
             ax.set_ylabel(f"{quantity} ({shown.name})" if unit != "1" else quantity)
             ax.margins(x=0)
             for name, places in (marks or {}).items():
-                style = {"color": GREY, "linewidth": line_width(0.7), "linestyle": ":", "zorder": 1.0}
+                style = {"color": look.GREY, "linewidth": line_width(0.7), "linestyle": ":", "zorder": 1.0}
                 for k, place in enumerate(places):
                     ax.axvline(place, label="_" if k else name, **style)
             name_lines(fig, ax)
@@ -111,7 +100,7 @@ def draw_diagrams(
 def line_of(k: int, count: int) -> tuple[str, str]:
     """Colour and dashes of a line, different for all lines; many lines have colours of a map in their order."""
     if count <= _MOST:
-        return COLOURS[k % len(COLOURS)], DASHES[k // len(COLOURS)]
+        return look.COLOURS[k % len(look.COLOURS)], look.DASHES[k // len(look.COLOURS)]
     return to_hex(matplotlib.colormaps["viridis"](0.92 * k / (count - 1))), "-"
 
 
@@ -124,13 +113,13 @@ def name_lines(fig: Figure, ax: Axes) -> None:
         lines = [lines[0], lines[len(lines) // 2], lines[-1]]
     names = [str(line.get_label()) for line in lines]
     size = matplotlib.rcParams["legend.fontsize"]
-    widest = max(name_width(name, size) for name in names) / 72.0
-    if widest < 0.25 * fig.get_figwidth() and len(names) * ROW_HEIGHT * size / 72.0 < _HEIGHT:
+    widest = max(look.name_width(name, size) for name in names) / 72.0
+    if widest < 0.25 * fig.get_figwidth() and len(names) * look.ROW_HEIGHT * size / 72.0 < _HEIGHT:
         ax.legend(lines, names, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
         return
-    columns = max(1, int(0.8 * fig.get_figwidth() / (widest + HANDLE_WIDTH * size / 72.0)))
+    columns = max(1, int(0.8 * fig.get_figwidth() / (widest + look.HANDLE_WIDTH * size / 72.0)))
     rows = -(-len(names) // columns)
-    fig.set_figheight(fig.get_figheight() + rows * ROW_HEIGHT * size / 72.0)
+    fig.set_figheight(fig.get_figheight() + rows * look.ROW_HEIGHT * size / 72.0)
     ax.legend(lines, names, loc="lower left", bbox_to_anchor=(0.0, 1.01), borderaxespad=0.0, ncols=columns)
 
 
@@ -162,20 +151,21 @@ def report_diagrams(solution: Solution) -> Diagrams:
 def plot_margin(solution: Solution, path: str | Path) -> None:
     """Draw the available moment of every joint over its angle, dashed the required one, and a dot at the smallest margin."""
     rows = solution.summary["margins"]
-    unit = figure_unit("N m", [max(max(row["curve"]["available"]), max(row["curve"]["required"])) for row in rows])
-    turn = figure_unit("rad", [max(map(abs, row["curve"]["angle"])) for row in rows])
-    with figure(path, (WIDE[0], 3.2)) as fig:
+    unit = look.figure_unit("N m", [max(max(row["curve"]["available"]), max(row["curve"]["required"])) for row in rows])
+    turn = look.figure_unit("rad", [max(map(abs, row["curve"]["angle"])) for row in rows])
+    with look.figure(path, (look.WIDE[0], 3.2)) as fig:
         ax = fig.add_subplot()
         for k, row in enumerate(rows):
             curve = {key: np.array(values) for key, values in row["curve"].items()}
             colour, _ = line_of(k, len(rows))
-            angle, text = turn.factor * curve["angle"], "none required" if row["margin"] is None else rounded(row["margin"])
+            angle = turn.factor * curve["angle"]
+            text = "none required" if row["margin"] is None else look.rounded(row["margin"])
             style = {"color": colour, "linewidth": line_width(1.2)}
-            ax.plot(angle, unit.factor * curve["available"], label=f"{shortened(row['joint'])}: margin {text}", **style)
+            ax.plot(angle, unit.factor * curve["available"], label=f"{look.shortened(row['joint'])}: margin {text}", **style)
             ax.plot(angle, unit.factor * curve["required"], "--", label="_", **style)
             ax.plot(turn.factor * row["angle"], unit.factor * row["available"], "o", color=colour, markersize=points(4.0))
-        ax.plot([], [], color=GREY, label="available")
-        ax.plot([], [], "--", color=GREY, label="required")
+        ax.plot([], [], color=look.GREY, label="available")
+        ax.plot([], [], "--", color=look.GREY, label="required")
         ax.set_xlabel(f"angle ({turn.name})")
         ax.set_ylabel(f"moment ({unit.name})")
         ax.set_ylim(bottom=0.0)

@@ -20,22 +20,8 @@ from matplotlib.patches import Patch
 from fsm.results.film import Floats
 from fsm.results.quantities import CONTACT_THRESHOLD, contact_rows
 from fsm.results.solution import Solution
+from fsm.views.plots import style as look
 from fsm.views.plots.drawing import line_width, points
-from fsm.views.plots.style import (
-    COLOURS,
-    EVENTS,
-    GREY,
-    WIDE,
-    abscissa,
-    add_legend_across,
-    drive_units,
-    figure,
-    figure_unit,
-    rounded,
-    shade_stages,
-    shortened,
-    summary_with_stages,
-)
 
 COLOUR_MAP = "viridis_r"
 HALF_HEIGHT, MIN_HALF_HEIGHT = 0.4, 0.07
@@ -52,9 +38,9 @@ def plot_contact_map(solution: Solution, path: str | Path) -> None:
     """
     names, force, area = contact_rows(solution)
     height = float(np.clip(1.35 + 0.26 * len(names), 2.0, 9.0))
-    with figure(path, (WIDE[0], height)) as fig:
+    with look.figure(path, (look.WIDE[0], height)) as fig:
         ax = fig.add_subplot()
-        x, label = abscissa(solution)
+        x, label = look.abscissa(solution)
         ax.set_xlabel(label)
         _name_rows(ax, names)
         # the drive moves backwards, so a record may have the travel of an earlier record
@@ -65,28 +51,28 @@ def plot_contact_map(solution: Solution, path: str | Path) -> None:
         ax.set_xlim(x[0], x[-1] if x[-1] > x[0] else x[0] + 1.0)
         handles: list[Artist] = []
         if solution.travel.shape[1] and not turns:
-            summary = summary_with_stages(solution)
-            handles += shade_stages(ax, summary["stages"], float(x[-1]), drive_units(solution)[1])
-            handles += _mark_events(ax, summary.get("events", []), drive_units(solution)[1].factor)
+            summary = look.summary_with_stages(solution)
+            handles += look.shade_stages(ax, summary["stages"], float(x[-1]), look.drive_units(solution)[1])
+            handles += _mark_events(ax, summary.get("events", []), look.drive_units(solution)[1].factor)
         if names:
-            unit = figure_unit("N", force)
+            unit = look.figure_unit("N", force)
             bands = _draw_bands(ax, x, unit.factor * force, area)
             fig.colorbar(bands, ax=ax, pad=0.01, aspect=16, label=f"normal force ({unit.name})")
             handles += _area_note(area)
         else:
-            ax.text(0.5, 0.5, "nothing touches", transform=ax.transAxes, ha="center", va="center", color=GREY)
-        add_legend_across(fig, handles, "upper", columns=4 if len(handles) <= 4 else 3)
+            ax.text(0.5, 0.5, "nothing touches", transform=ax.transAxes, ha="center", va="center", color=look.GREY)
+        look.add_legend_across(fig, handles, "upper", columns=4 if len(handles) <= 4 else 3)
 
 
 def _name_rows(ax: Axes, names: Sequence[str]) -> None:
     """Name the rows, with the first pair on top."""
     every = max(1, -(-len(names) // MAX_NAMED_ROWS))
     rows = range(0, len(names), every)
-    ax.set_yticks(list(rows), [shortened(names[row]) for row in rows])
+    ax.set_yticks(list(rows), [look.shortened(names[row]) for row in rows])
     ax.set_ylim(max(len(names), 1) - 0.5, -0.5)
     ax.tick_params(axis="y", length=0)
     for row in range(len(names)):
-        ax.axhline(row, color=GREY, linewidth=line_width(0.3), alpha=0.5, zorder=1)
+        ax.axhline(row, color=look.GREY, linewidth=line_width(0.3), alpha=0.5, zorder=1)
 
 
 def _draw_bands(ax: Axes, x: Floats, force: Floats, area: Floats) -> PolyCollection:
@@ -112,7 +98,7 @@ def _area_note(area: Floats) -> list[Patch]:
     largest = float(np.nanmax(area, initial=0.0))
     if not largest > 0.0:
         return []
-    return [Patch(facecolor="black", label=f"full height: contact area {rounded(largest * 1e6)} mm²")]
+    return [Patch(facecolor="black", label=f"full height: contact area {look.rounded(largest * 1e6)} mm²")]
 
 
 def _mark_events(ax: Axes, events: Sequence[dict[str, Any]], factor: float) -> list[Line2D]:
@@ -122,12 +108,12 @@ def _mark_events(ax: Axes, events: Sequence[dict[str, Any]], factor: float) -> l
     """
     handles: dict[str, Line2D] = {}
     for event in events:
-        if event["kind"] not in EVENTS:
+        if event["kind"] not in look.EVENTS:
             continue
-        marker, label = EVENTS[event["kind"]]
-        style: dict[str, Any] = {"color": COLOURS[3], "marker": marker, "markersize": points(5), "linestyle": "none"}
+        marker, label = look.EVENTS[event["kind"]]
+        style: dict[str, Any] = {"color": look.COLOURS[3], "marker": marker, "markersize": points(5), "linestyle": "none"}
         at = factor * event["travel"]
-        ax.axvline(at, color=COLOURS[3], linestyle=":", linewidth=line_width(1.0), zorder=3)
+        ax.axvline(at, color=look.COLOURS[3], linestyle=":", linewidth=line_width(1.0), zorder=3)
         ax.plot([at], [1.0], transform=ax.get_xaxis_transform(), zorder=5, clip_on=False, **style)
         handles.setdefault(label, Line2D([], [], label=label, **style))
     return list(handles.values())

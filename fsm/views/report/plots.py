@@ -14,20 +14,10 @@ from fsm.results.solution import Solution
 from fsm.results.spectrum import spectrum
 from fsm.text.load_names import load_units
 from fsm.text.shown_units import count
+from fsm.views.plots import style
 from fsm.views.plots.channels import report_diagrams
 from fsm.views.plots.energy import STACK
 from fsm.views.plots.load import load_axes
-from fsm.views.plots.style import (
-    COLOURS,
-    EVENTS,
-    drive_units,
-    figure_unit,
-    rounded,
-    shortened,
-    stage_shade,
-    summary_with_stages,
-    travel_label,
-)
 from fsm.views.report.packing import pack_doubles, pack_floats
 
 MOST_POINTS = 3000
@@ -38,8 +28,8 @@ _PROBES = 8
 
 def travel_scale(solution: Solution) -> tuple[str, float]:
     """Label of the travel of the first drive and its factor from SI."""
-    unit = drive_units(solution)[1]
-    return travel_label(solution.layout.turns(), unit), unit.factor
+    unit = style.drive_units(solution)[1]
+    return style.travel_label(solution.layout.turns(), unit), unit.factor
 
 
 def decimated(values: Sequence[Floats], limit: int = MOST_POINTS) -> Integers:
@@ -105,8 +95,8 @@ def _travel(solution: Solution) -> Floats | None:
 def _report(solution: Solution) -> Iterator[dict[str, Any]]:
     """Channels of `report` and reactions of joints over time."""
     for number, ((unit, quantity), columns) in enumerate(report_diagrams(solution).items()):
-        shown = figure_unit(unit, [*columns.values()])
-        lines = [_line(shortened(name), shown.factor * values, k) for k, (name, values) in enumerate(columns.items())]
+        shown = style.figure_unit(unit, [*columns.values()])
+        lines = [_line(style.shortened(name), shown.factor * values, k) for k, (name, values) in enumerate(columns.items())]
         title = quantity[0].upper() + quantity[1:]
         alt = f"{title} over time: {', '.join(columns)}."
         named = quantity if unit == "1" else f"{quantity} ({shown.name})"
@@ -117,18 +107,18 @@ def _force(solution: Solution) -> Iterator[dict[str, Any]]:
     """Drive forces over travel, or contact forces over time without a drive."""
     curve, layout = solution.force_curve, solution.layout
     if not solution.travel.shape[1]:
-        pairs = touching_pairs(solution.pair_force)[: len(COLOURS) * 3]
+        pairs = touching_pairs(solution.pair_force)[: len(style.COLOURS) * 3]
         lines = [_line(layout.pair_names[k], solution.pair_force[:, k], k) for k in pairs]
         if lines:
-            largest = f"largest {rounded(solution.pair_force.max())} N"
+            largest = f"largest {style.rounded(solution.pair_force.max())} N"
             alt = f"Normal forces of {count(len(pairs), 'contact pair')} over time; {largest}."
             yield _plot("force", "Contact forces", alt, "normal force (N)", solution, lines, solution.time, None)
         return
     quasi_static = curve.has_quasi_static
-    effort, unit = drive_units(solution)[0]
+    effort, unit = style.drive_units(solution)[0]
     lines = []
     for k in range(curve.force.shape[1]):
-        name = shortened(layout.drive_names[k]) if k < len(layout.drive_names) else f"drive {k + 1}"
+        name = style.shortened(layout.drive_names[k]) if k < len(layout.drive_names) else f"drive {k + 1}"
         whole = effort * curve.force[:, k]
         force = np.where(curve.dynamic, np.nan, whole) if quasi_static else whole
         lines.append(_line(name, force, k))
@@ -137,22 +127,22 @@ def _force(solution: Solution) -> Iterator[dict[str, Any]]:
             moving = curve.dynamic.copy()
             moving[edges], moving[edges + 1] = True, True
             lines.append({"name": f"{name}, dynamic", "y": np.where(moving, whole, np.nan), "thin": True})
-    summary = summary_with_stages(solution)
-    factor = drive_units(solution)[1].factor
+    summary = style.summary_with_stages(solution)
+    factor = style.drive_units(solution)[1].factor
     marks = [_mark("peak", factor * summary["peak_travel"], effort * summary["peak_force"], unit)]
-    events = [event for event in summary.get("events", ()) if event["kind"] in EVENTS]
-    marks += [_mark(EVENTS[e["kind"]][1], factor * e["travel"], effort * e["force"], unit) for e in events]
+    events = [event for event in summary.get("events", ()) if event["kind"] in style.EVENTS]
+    marks += [_mark(style.EVENTS[e["kind"]][1], factor * e["travel"], effort * e["force"], unit) for e in events]
     begins = [factor * float(stage["travel"]) for stage in summary["stages"]]
     ends = [*begins[1:], factor * float(curve.travel[:, 0].max())]
     stages = [
         {"name": str(stage["name"]), "from": begin, "to": end, "colour": colour, "opacity": opacity}
         for stage, begin, end in zip(summary["stages"], begins, ends, strict=True)
-        for colour, opacity in [stage_shade(stage)]
+        for colour, opacity in [style.stage_shade(stage)]
     ]
-    at = f"{rounded(factor * summary['peak_travel'])} {drive_units(solution)[1].name}"
+    at = f"{style.rounded(factor * summary['peak_travel'])} {style.drive_units(solution)[1].name}"
     drives = "the drive" if len(layout.drive_names) == 1 else f"{len(layout.drive_names)} drives"
     what = "Moment" if layout.turns() else "Force"
-    alt = f"{what} of {drives} over travel; peak {rounded(effort * summary['peak_force'])} {unit} at {at}."
+    alt = f"{what} of {drives} over travel; peak {style.rounded(effort * summary['peak_force'])} {unit} at {at}."
     finite = curve.force[~curve.dynamic] if quasi_static else curve.force
     limits = [effort * float(np.nanmin(finite)), effort * float(np.nanmax(finite))]
     yield _plot(
@@ -163,7 +153,7 @@ def _force(solution: Solution) -> Iterator[dict[str, Any]]:
 
 
 def _mark(name: str, travel: float, force: float, unit: str) -> dict[str, Any]:
-    return {"name": name, "x": float(travel), "y": float(force), "text": f"{name}: {rounded(force)} {unit}"}
+    return {"name": name, "x": float(travel), "y": float(force), "text": f"{name}: {style.rounded(force)} {unit}"}
 
 
 def _line(name: str, values: Floats, number: int) -> dict[str, Any]:
@@ -204,7 +194,7 @@ def _energy(solution: Solution) -> Iterator[dict[str, Any]]:
         return
     changes = {name: solution.energy[name] - solution.energy[name][0] for name in STACK}
     work = solution.energy["work"] - solution.energy["work"][0]
-    factor, unit = figure_unit("J", [*changes.values(), work])
+    factor, unit = style.figure_unit("J", [*changes.values(), work])
     largest = max(float(np.abs(values).max()) for values in changes.values())
     shown = {name: factor * values for name, values in changes.items() if np.any(np.abs(values) > 1e-9 * largest)}
     if not shown:
@@ -218,7 +208,7 @@ def _energy(solution: Solution) -> Iterator[dict[str, Any]]:
     released = factor * -sum(np.minimum(values, 0.0) for values in changes.values())
     visible = np.any(released > 1e-3 * np.abs(factor * work).max())
     lines.append({"name": "work and released energy" if visible else "work", "y": factor * work + released, "dash": True})
-    alt = f"Energy changes since the start; work at the end {rounded(factor * work[-1])} {unit}."
+    alt = f"Energy changes since the start; work at the end {style.rounded(factor * work[-1])} {unit}."
     yield _plot(
         "energy", "Energies since the start", alt, f"energy ({unit})", solution, lines, solution.time, _travel(solution)
     )
@@ -229,9 +219,9 @@ def _balance(solution: Solution) -> Iterator[dict[str, Any]]:
     residual = solution.energy["error"]
     if len(solution) < 2 or not np.any(residual):
         return
-    factor, unit = figure_unit("J", residual)
+    factor, unit = style.figure_unit("J", residual)
     largest = float(np.abs(residual).max())
-    alt = f"Energy balance residual; largest magnitude {rounded(factor * largest)} {unit}."
+    alt = f"Energy balance residual; largest magnitude {style.rounded(factor * largest)} {unit}."
     lines = [_line("energy balance residual", factor * residual, 1)]
     title = "Energy balance residual"
     yield _plot("balance", title, alt, f"residual ({unit})", solution, lines, solution.time, _travel(solution))
@@ -252,7 +242,7 @@ def _contact_map(solution: Solution) -> Iterator[dict[str, Any]]:
         "key": "contact", "title": "Contact map", "kind": "map", "names": names, "values": pack_floats(force),
         "time": pack_doubles(solution.time[rows]), "ylabel": "normal force (N)",
         "note": "" if len(shown) == len(pairs) else f"{len(shown)} of {len(pairs)} rows, those with the largest forces.",
-        "alt": f"Normal forces of {count(len(shown), 'contact pair')}; largest {rounded(float(force.max()))} N.",
+        "alt": f"Normal forces of {count(len(shown), 'contact pair')}; largest {style.rounded(float(force.max()))} N.",
     }  # fmt: skip
     travel = _travel(solution)
     if travel is not None:
@@ -265,11 +255,11 @@ def _history(solution: Solution) -> Iterator[dict[str, Any]]:
     film, samples = solution.layout.film, solution.samples
     if film is None or len(samples.time) < 2:
         return
-    unit = figure_unit("m", samples.displacement[:, :_PROBES, 2])
+    unit = style.figure_unit("m", samples.displacement[:, :_PROBES, 2])
     moved = unit.factor * samples.displacement[:, :, 2]
     lines = [_line(name, moved[:, k], k) for k, name in enumerate(film.probe_names[:_PROBES])]
     largest = max(float(np.abs(line["y"]).max()) for line in lines)
-    alt = f"Displacement normal to the film of {count(len(lines), 'probe')}; largest {rounded(largest)} {unit.name}."
+    alt = f"Displacement normal to the film of {count(len(lines), 'probe')}; largest {style.rounded(largest)} {unit.name}."
     title = "Displacement of the probes"
     yield _plot("history", title, alt, f"normal displacement ({unit.name})", solution, lines, samples.time, None)
 
@@ -283,7 +273,7 @@ def _spectrum(solution: Solution) -> Iterator[dict[str, Any]]:
     begin = int(np.searchsorted(samples.time, end))
     if len(samples.time) - begin < 8:
         return
-    unit = figure_unit("m", samples.displacement[begin:, :_PROBES, 2])
+    unit = style.figure_unit("m", samples.displacement[begin:, :_PROBES, 2])
     highest = 1.2 * float(np.abs(film.frequency).max(initial=0.0)) or np.inf
     lines = []
     for k, name in enumerate(film.probe_names[:_PROBES]):
@@ -328,7 +318,7 @@ def _points(solution: Solution) -> Iterator[dict[str, Any]]:
     array = solution.array
     if array is None:
         return
-    lines, unit = [], figure_unit("m", array.points.displacement)
+    lines, unit = [], style.figure_unit("m", array.points.displacement)
     for number, name in enumerate(array.upper[:_PROBES]):
         k = array.point_index(name)
         for axis, letter in enumerate("xy"):
@@ -345,7 +335,7 @@ def _synchronism(solution: Solution) -> Iterator[dict[str, Any]]:
     if array is None or len(array.upper) < 3:
         return
     apart = asynchronism(array)
-    unit = figure_unit("m", [*apart.values()])
+    unit = style.figure_unit("m", [*apart.values()])
     lines = [_line(name, unit.factor * values, k) for k, (name, values) in enumerate(apart.items())]
     if lines:
         alt = f"Difference in deployment of {count(len(lines), 'pair')} of neighbouring points."
@@ -366,8 +356,8 @@ def _stress(solution: Solution) -> Iterator[dict[str, Any]]:
     array = solution.array
     if array is None or not array.stress.shape[1]:
         return
-    unit = figure_unit("Pa", array.stress)
+    unit = style.figure_unit("Pa", array.stress)
     lines = [_line(name, unit.factor * array.stress[:, k], k) for k, name in enumerate(array.bar_names)]
-    most = f"{rounded(unit.factor * float(array.stress.max()))} {unit.name}"
+    most = f"{style.rounded(unit.factor * float(array.stress.max()))} {unit.name}"
     alt = f"Largest normal stresses of {count(len(lines), 'bar')}; largest {most}."
     yield _plot("stress", "Largest stress of the bars", alt, f"stress ({unit.name})", solution, lines, solution.time, None)

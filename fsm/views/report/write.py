@@ -25,16 +25,8 @@ from fsm.results.solution import Solution
 from fsm.results.store import read_solution
 from fsm.views.plots.parts import lattice_squares
 from fsm.views.plots.style import COLOURS, evolution
+from fsm.views.report import fields
 from fsm.views.report.compare import comparison
-from fsm.views.report.fields import (
-    all_channels,
-    arrows_of,
-    channel_data,
-    colours_of,
-    contact_marks,
-    joints_of,
-    owners_of_parts,
-)
 from fsm.views.report.packing import compressed, pack_doubles, pack_floats, pack_integers, safe_json
 from fsm.views.report.plots import curves_of, travel_scale
 from fsm.views.report.shapes import creases_of, parts_of, shown_shapes
@@ -160,8 +152,8 @@ def result_data(name: str, solution: Solution, shapes: int, channels: int, wante
     by = evolution(solution)[1]
     over = "record" if by.startswith("step") else "time" if by == "time (s)" else "travel"
     creases = creases_of(solution)
-    every = all_channels(solution, creases)
-    listed, rows, left_out = channel_data(every, wanted, channels if shapes else 0, len(solution))
+    every = fields.all_channels(solution, creases)
+    listed, rows, left_out = fields.channel_data(every, wanted, channels if shapes else 0, len(solution))
     notes = [] if shapes else [f"The page has motion and curves for {MOST_PLAYED} results only, and not for this result."]
     if left_out:
         notes.append(
@@ -189,14 +181,14 @@ def result_data(name: str, solution: Solution, shapes: int, channels: int, wante
             "view": "iso" if squares is None else "front",
             "parts": [
                 {"name": n, "kind": k, "owners": of}
-                for n, k, of in zip(parts.names, parts.kinds, owners_of_parts(named, owners), strict=True)
+                for n, k, of in zip(parts.names, parts.kinds, fields.owners_of_parts(named, owners), strict=True)
             ],
             "of_quad": pack_integers(parts.of_quad),
             "creases": [{"name": c.name, "corners": list(c.corners)} for c in creases],
-            "colours": colours_of(solution, parts, creases, every, shown.records),
-            "contacts": contact_marks(solution, parts, shown.records),
-            "joints": joints_of(every, creases, shown.records),
-            "arrows": arrows_of(solution, parts, creases, every, shown.records),
+            "colours": fields.colours_of(solution, parts, creases, every, shown.records),
+            "contacts": fields.contact_marks(solution, parts, shown.records),
+            "joints": fields.joints_of(every, creases, shown.records),
+            "arrows": fields.arrows_of(solution, parts, creases, every, shown.records),
             "lines": [k == "cable" for k in parts.kinds],
         }
     data["notes"] = notes
