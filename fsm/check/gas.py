@@ -6,8 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from fsm.case.models.chambers import Chamber
 from fsm.case.models.flexible_facets import FlexibleFacets
-from fsm.case.models.gas import Chamber, Gas
+from fsm.case.models.gas import Gas
 from fsm.check.view import CheckContext
 from fsm.text.shown_units import count, shown
 

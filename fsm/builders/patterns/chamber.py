@@ -16,7 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsm.builders.patterns.of_sheet import facets_named
-from fsm.case.models.gas import Chamber, Gas, Lid
+from fsm.case.models.chambers import Chamber, Lid
+from fsm.case.models.gas import Gas
 from fsm.errors import CaseError, Fault
 from fsm.text.shown_units import count, shown_points
 

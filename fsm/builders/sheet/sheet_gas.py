@@ -19,7 +19,8 @@ from fsm.builders.patterns.chamber import SheetSurface, chamber_of
 from fsm.builders.patterns.cuts import FacetFrames, facets_across_cuts
 from fsm.builders.sheet.sheet_joints import sheet_joints
 from fsm.case.models.case import Case
-from fsm.case.models.gas import OUTSIDE, SUPPLIES, Chamber, Gas, Lid, Orifice, PanelSurface
+from fsm.case.models.chambers import Chamber, Lid, PanelSurface
+from fsm.case.models.gas import OUTSIDE, SUPPLIES, Gas, Orifice
 from fsm.case.models.scene import Scene
 from fsm.case.models.time_program import Ramp, Table
 from fsm.case.pattern_files.pattern import Pattern

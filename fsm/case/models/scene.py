@@ -43,8 +43,9 @@ from fsm.case.schema.units import (
 from fsm.registry import ELEMENT_LAWS, AddedLaw, geometries
 
 if TYPE_CHECKING:
+    from fsm.case.models.chambers import Chamber, PanelSurface
     from fsm.case.models.flexible_facets import FlexibleFacets, FoldData
-    from fsm.case.models.gas import Chamber, Orifice, PanelSurface
+    from fsm.case.models.gas import Orifice
     from fsm.case.models.touching import TouchingSheet
 
 GROUND = "ground"

@@ -9,10 +9,11 @@ import numpy as np
 
 from fsm.case.derived.contact_points import contact_points, points_inside
 from fsm.case.derived.frame_bodies import cable_axes, edge_middle, frame_faults, quaternion_matrix, with_frames
+from fsm.case.models.chambers import PanelSurface
 from fsm.case.models.facet_mesh import MeshPoint, facet_vectors
 from fsm.case.models.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, unstressed_length
 from fsm.case.models.flexible_facets import SHEET, FlexibleFacets, FoldData
-from fsm.case.models.gas import Orifice, PanelSurface
+from fsm.case.models.gas import Orifice
 from fsm.case.models.scene import Scene
 from fsm.case.models.touching import SheetPoint
 from fsm.case.models.truss import SceneTruss

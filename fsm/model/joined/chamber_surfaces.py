@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.case.models.gas import Chamber, Lid
+from fsm.case.models.chambers import Chamber, Lid
 from fsm.kernels.jit import kernel
 from fsm.model.nodes.facets.pressure import PressedFaces, add_triangle_force
 
