@@ -180,7 +180,7 @@ def deploy_warnings(
     case, scene, system, plan : the model and its steps
     same_throughout : whether `system` gives the forces of all records
     ends_on_path : whether a drive acts in the last state
-    structure : see `fsm.analyses.deploy_warnings.pull_warnings`
+    structure : see `pull_warnings`
     """
     found = []
     thickness = solution.layout.thickness

@@ -294,7 +294,7 @@ def run_jobs(
     -----
     A worker runs many jobs, so each worker imports modules and loads compiled kernels only once. If the consumer stops
     early or is interrupted, every worker of this machine is interrupted once, so that it can write its checkpoint. It is
-    killed after `fsm.run.workers.GRACE` seconds.
+    killed after `GRACE` seconds.
     """
     numbered = enumerate(jobs)
     first = next(numbered, None)
