@@ -9,7 +9,7 @@ import numpy as np
 from fsm.results.curve import START_UP
 from fsm.results.solution import ENERGIES, Solution
 
-_STORED = tuple(name for name in ENERGIES if name not in ("kinetic", "drives", "dissipated", "work", "error"))
+_STORED = tuple(name for name in ENERGIES if name not in ("kinetic", "drives", "dissipated", "numerical", "work", "error"))
 """Potential energies of a record, except of drives."""
 
 

@@ -344,8 +344,8 @@ SOLVERS = (
     Mutant(
         "dissipation not counted",
         "fsm/solve/stepping/march.py",
-        "stored - start + dissipated - work",
-        "stored - start - work",
+        "stored - balance[START] + balance[DISSIPATED] - balance[WORK]",
+        "stored - balance[START] - balance[WORK]",
         physics_test("energy_balance", "test_strip_with_contact_and_friction"),
     ),
     Mutant(

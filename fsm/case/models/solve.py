@@ -50,7 +50,8 @@ class Solve(Model):
     )
     energy_abort: Number = Field(
         default=0.05, gt=0,
-        description="bound of the energy balance residual over the reference energy ([glossary](glossary.md)). Above it "
+        description="bound of the energy drift, the energy balance residual with numerical dissipation, over the reference "
+        "energy ([glossary](glossary.md)). Above it "
         "the run stops (exit code 5), but not in the first tenth of the step. In dynamics a residual below 0.5 stops the "
         "run only if it persists until twice the time at which it began, or to the end. Times count from the start of the "
         "step",

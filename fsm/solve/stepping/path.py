@@ -13,18 +13,7 @@ import numpy as np
 
 from fsm.kernels.jit import kernel, shared
 from fsm.kernels.vector import largest_ratio
-from fsm.solve.stepping.march import (
-    DISSIPATED,
-    ERROR,
-    GAINED,
-    KINETIC_WORST,
-    ROUND_OFF,
-    START,
-    TURNOVER,
-    WORK,
-    WORST,
-    balanced,
-)
+from fsm.solve.stepping.march import DISSIPATED, DRIFT, ROUND_OFF, START, TURNOVER, WORK, add_up
 from fsm.solve.stepping.path_state import (
     ACCEPTED,
     APART,
@@ -327,10 +316,7 @@ def _advance(model: Any, path: Path, t: float, record: np.ndarray, work: float, 
     accept(model, path, t)
     balance[WORK] += work
     balance[DISSIPATED] += dissipated
-    balance[ERROR], balance[WORST], balance[GAINED], balance[TURNOVER], balance[KINETIC_WORST] = balanced(
-        record[STORED], 0.0, balance[START], balance[DISSIPATED], balance[WORK], balance[WORST], balance[GAINED],
-        balance[TURNOVER], balance[KINETIC_WORST],
-    )  # fmt: skip
+    add_up(balance, record[STORED], 0.0)
     numbers[REACTION] = max(numbers[REACTION], record[LARGEST])
     copy_into(path.record, path.earlier)
     copy_into(record, path.record)
@@ -415,8 +401,8 @@ def is_off(balance: np.ndarray, reaction: float, extent: float, bound: float) ->
     zero.
     """
     turnover = max(balance[TURNOVER], little_work(reaction, extent))
-    error = balance[WORST] / balance[TURNOVER] if balance[TURNOVER] > balance[ROUND_OFF] else 0.0
-    return bool(error > bound and balance[WORST] > bound * turnover)
+    error = balance[DRIFT] / balance[TURNOVER] if balance[TURNOVER] > balance[ROUND_OFF] else 0.0
+    return bool(error > bound and balance[DRIFT] > bound * turnover)
 
 
 @shared
