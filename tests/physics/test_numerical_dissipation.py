@@ -76,6 +76,14 @@ def test_the_residual_of_a_nonlinear_motion_is_of_fourth_order() -> None:
     assert math.log2(found[0].drift / found[1].drift) < 3.5
 
 
+def test_steps_in_python_have_the_same_entry(monkeypatch: pytest.MonkeyPatch) -> None:
+    compiled = balance_of(pendulum(), 0.5, rho_inf=0.5, step=0.02)
+    monkeypatch.setattr(SegmentSystem, "arrays", lambda *given: None)
+    found = balance_of(pendulum(), 0.5, rho_inf=0.5, step=0.02)
+    assert found.numerical == pytest.approx(compiled.numerical, rel=1e-6)
+    assert found.numerical == pytest.approx(found.drift, rel=0.5)
+
+
 def test_forces_that_contradict_the_energies_are_still_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """Potential energies 1 % too large: the entry does not hide them, since it needs no stored energy."""
     true = SystemModel.energies

@@ -255,5 +255,5 @@ class PathRecorder:
             energy_balance = self.energy_balance
             numbers = energy_balance.dissipated, energy_balance.work, energy_balance.error, energy_balance.pair_energy
             own = self.time, self.q.copy(), self.u.copy(), self.last, *numbers, self._before
-            more = {"negative_pivots": self._pivots, "final": final, "numerical": energy_balance.numerical}
-            self._keep(as_rows(SavedState(*own, **more)), 1)
+            numerical = energy_balance.numerical
+            self._keep(as_rows(SavedState(*own, negative_pivots=self._pivots, final=final, numerical=numerical)), 1)

@@ -146,12 +146,11 @@ class StepwiseRun(Run):
         del self.pending[: len(passed)]
         for state in passed:
             points.append(CurvePoint(first.drive, first.pairs.force, state.time, path, state.panels, state.creases))
-            *numbers, numerical = state.balance[[DISSIPATED, WORK, ERROR, LOST]].tolist()
+            lost, work, error, numerical = state.balance[[DISSIPATED, WORK, ERROR, LOST]].tolist()
+            own = state.time, state.q, state.u
             observed = partial(observed_at, system, state.time, state.q, state.u, state.memory)
             self.request.on_save(
-                SavedState(
-                    state.time, state.q, state.u, observed, *numbers, pairs, memory=state.memory, numerical=numerical
-                )
+                SavedState(*own, observed, lost, work, error, pairs, memory=state.memory, numerical=numerical)
             )
         self.saved = passed[-1].time
         system.restore(latest)
