@@ -99,7 +99,7 @@ def test_forces_that_contradict_the_energies_are_still_seen(monkeypatch: pytest.
 
 
 def test_the_bound_of_the_energy_counts_what_the_steps_lose() -> None:
-    with pytest.raises(EnergyAbort, match="numerical dissipation"):
+    with pytest.raises(EnergyAbort, match="Numerical dissipation"):
         balance_of(oscillator(1.0), 60.0, rho_inf=0.0, step=0.5, judge_losses=True, energy_abort=0.05)
 
 

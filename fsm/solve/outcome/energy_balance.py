@@ -94,8 +94,8 @@ class EnergyBalance:
     @property
     def text(self) -> str:
         """Worst error for messages."""
-        lost = f", {self.numerical:.3g} J of it numerical dissipation" if self.numerical else ""
-        return f"Energy error {self.drift:.3g} J{lost}; reference energy {self.turnover:.3g} J"
+        lost = f"Numerical dissipation {self.numerical:.3g} J. " if self.numerical else ""
+        return f"{lost}Energy error {self.drift:.3g} J; reference energy {self.turnover:.3g} J"
 
     @property
     def relative_error(self) -> float:
