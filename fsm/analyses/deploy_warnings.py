@@ -101,7 +101,7 @@ def _margin(element: ForceElement) -> float:
     return _MARGIN * (crease.angle[-1] - crease.angle[0])
 
 
-_STORED = tuple(name for name in ENERGIES if name not in ("kinetic", "drives", "dissipated", "work", "error"))
+_STORED = tuple(name for name in ENERGIES if name not in ("kinetic", "drives", "dissipated", "numerical", "work", "error"))
 """Potential energies of a record, except of drives."""
 
 

@@ -15,12 +15,13 @@ from fsm.results.solution import ENERGIES
 
 @offers
 def energies(model: Model) -> Iterator[Offer]:
-    """energy.kinetic, .potential, .dissipated, .work, .error, and the potential energy by its kinds."""
+    """energy.kinetic, .potential, .dissipated, .numerical, .work, .error, and the potential energy by its kinds."""
     yield Offer("energy.kinetic", "J", ENERGIES["kinetic"], lambda state: state.saved.observation.energy.kinetic)
     yield Offer(
         "energy.potential", "J", "sum of all potential energies", lambda state: state.saved.observation.energy.stored_at_rest
     )
     yield Offer("energy.dissipated", "J", ENERGIES["dissipated"], lambda state: state.saved.dissipated)
+    yield Offer("energy.numerical", "J", ENERGIES["numerical"], lambda state: state.saved.numerical)
     yield Offer("energy.work", "J", ENERGIES["work"], lambda state: state.saved.work)
     yield Offer("energy.error", "J", ENERGIES["error"], lambda state: state.saved.error)
     for name in _kinds(model):

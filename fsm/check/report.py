@@ -252,7 +252,7 @@ def _method(view: CheckContext) -> Iterator[str]:
     elif not view.plan.written:
         yield f"{solve.method}, set by solve.method"
     yield f"rtol {solve.rtol:g}, end time {view.end:.4g} s"
-    yield f"the run stops if the energy balance residual exceeds {100 * solve.energy_abort:g} % of the reference energy"
+    yield f"the run stops if the energy drift exceeds {100 * solve.energy_abort:g} % of the reference energy"
 
 
 def _compiled(view: CheckContext) -> Iterator[str]:

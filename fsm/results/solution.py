@@ -39,6 +39,7 @@ ENERGIES: dict[str, str] = {
     "gravity": "potential energy of gravity and of dead loads",
     "drives": "elastic energy of the drives",
     "dissipated": "energy dissipated since the start",
+    "numerical": "energy dissipated by the steps in time, due to their finite size, since the start",
     "work": "work of external forces since the start",
     "error": "energy balance residual",
 }

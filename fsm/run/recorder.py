@@ -383,9 +383,9 @@ class RecordedSolve:
         """State at rest to be saved."""
         observed = self.current.observe(t, q, None if not u.any() else u)
         pairs = energy_balance.pair_energy if energy_balance.pair_energy.size else np.zeros_like(observed.energy.pair_power)
-        error = observed.energy.stored - energy_balance.start + energy_balance.dissipated - energy_balance.work
-        lost, work = energy_balance.dissipated, energy_balance.work
-        return SavedState(t, q, u, observed, lost, work, error, pairs, at_rest=not u.any())
+        lost, work, error = energy_balance.dissipated, energy_balance.work, energy_balance.residual(observed.energy.stored)
+        numerical = energy_balance.numerical
+        return SavedState(t, q, u, observed, lost, work, error, pairs, numerical=numerical, at_rest=not u.any())
 
     def _causes(self, solution: Solution) -> tuple[str, str]:
         """Messages on two possible causes of a failed solve: round-off, and contact of lattice squares."""
@@ -456,7 +456,7 @@ class RecordedSolve:
         q, u = zip(*(self.analysis.whole(self.current, t, *state) for t, *state in states), strict=True)
         energy = {
             **observed.energy.potential, "kinetic": observed.energy.kinetic, "dissipated": saved.dissipated,
-            "work": saved.work, "error": saved.error,
+            "work": saved.work, "error": saved.error, "numerical": saved.numerical,
         }  # fmt: skip
         values = {
             "time": saved.time, "q": q, "u": u, "travel": observed.drive.travel, "force": observed.drive.force,

@@ -91,7 +91,7 @@ def round_off_of(system: System, solution: Solution) -> RoundOff:
     forces = _EPS * np.max([scales.span_forces(matrix) for matrix in matrices], axis=0)
     stored = np.zeros(len(solution))
     for name, energies in solution.energy.items():
-        if name not in ("dissipated", "work", "error"):
+        if name not in ("dissipated", "numerical", "work", "error"):
             stored = stored + energies
     kinds = (np.abs(stored - stored[0]), solution.energy["dissipated"], solution.energy["kinetic"])
     energy = float(max(energies.max() for energies in kinds))

@@ -228,4 +228,6 @@ def _solve_lines(summary: Mapping[str, Any]) -> Iterator[str]:
     steps, ends = summary.get("steps"), [step["end_time"] for step in summary.get("step", ())]
     if steps and ends and "energy_error" in summary:
         error = f"energy balance residual {100 * summary['energy_error']:.2g} %"
+        if summary.get("numerical_dissipation"):
+            error += f", numerical dissipation {100 * summary['numerical_dissipation']:.2g} %"
         yield f"solved      {ends[-1]:.4g} s in {count(steps, 'step')}; {error}"

@@ -131,9 +131,9 @@ def test_the_full_model_keeps_its_energy_and_its_decay(tmp_path: Path) -> None:
     summary = run(tmp_path, *hard, "vibration.sampling=1 ms")
     assert summary["method"] == "mean-force"
     assert summary["energy_error"] < 1e-3
-    assert not any("energy balance" in line for line in summary["warnings"])
+    assert not any("energy balance" in line or "dissipation" in line for line in summary["warnings"])
     own = run(tmp_path, *hard, "vibration.sampling=1 ms", "solve.method=generalized-alpha", "solve.step=0.2 ms", name="own")
-    assert own["energy_error"] > 10.0 * summary["energy_error"]
+    assert own["energy_drift"] > 10.0 * summary["energy_drift"]
     assert summary["amplitude_center"] == pytest.approx(own["amplitude_center"], rel=0.01)
 
 

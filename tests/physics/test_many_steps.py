@@ -36,7 +36,7 @@ from fsm.solve.outcome.run_io import inertia_counts
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from fsm.solve.stepping import march as balances
-from fsm.solve.stepping.march import march
+from fsm.solve.stepping.march import BALANCE, march
 from fsm.solve.stepping.model import DRIVES, STEADY, TIME
 from fsm.solve.stepping.outcomes import STEPPED
 from fsm.solve.time.generalized_alpha import GeneralizedAlpha
@@ -236,7 +236,7 @@ def solver_of(system: SegmentSystem | AncfSystem, fixed_step: float | None) -> G
 def opened(solver: GeneralizedAlpha) -> np.ndarray:
     """Array `balance` of `march` without a bound on the energy error."""
     energy = solver.system.energy(0.0, solver.q, solver.u)
-    balance = np.zeros(14)
+    balance = np.zeros(BALANCE)
     balance[balances.START], balance[balances.POWER] = energy.stored, energy.input_power
     balance[balances.SHORTEST], balance[balances.ALLOWED], balance[balances.DRIVEN] = np.inf, np.inf, energy.driven
     return balance
@@ -261,7 +261,7 @@ def test_same_steps(name: str, fixed_step: float | None) -> None:
     assert np.abs((compiled.u - python.u) / np.abs(python.u).max()).max() < 1e-6
     turnover = others[balances.TURNOVER]
     assert turnover > 0.0
-    assert np.abs(balance[:9] - others[:9]).max() < 1e-6 * turnover
+    assert np.abs(balance[: balances.POWER] - others[: balances.POWER]).max() < 1e-6 * turnover
     known = np.arange(records.shape[1]) != STEADY
     assert np.abs(records - expected[: len(records)])[:, known].max() < 1e-6 * np.abs(expected).max()
     if name in DRIVEN:

@@ -30,7 +30,7 @@ from fsm.model.nodes.system.scissor_system import ScissorSystem
 from fsm.model.nodes.system.system import AncfSystem
 from fsm.model.nodes.truss import BarGroup
 from fsm.solve.stepping import march as balances
-from fsm.solve.stepping.march import march
+from fsm.solve.stepping.march import BALANCE, march
 from fsm.solve.stepping.mean_force import march_mean_force
 from fsm.solve.stepping.outcomes import STEPPED
 from fsm.solve.time.array_steps import StepMethod
@@ -114,7 +114,7 @@ COUNT = 120
 def opened(solver: StepMethod) -> np.ndarray:
     """Array `balance` of `march` without a bound on the energy error."""
     energy = solver.system.energy(0.0, solver.q, solver.u)
-    balance = np.zeros(14)
+    balance = np.zeros(BALANCE)
     balance[balances.START], balance[balances.POWER] = energy.stored, energy.input_power
     balance[balances.SHORTEST], balance[balances.ALLOWED], balance[balances.DRIVEN] = np.inf, np.inf, energy.driven
     return balance

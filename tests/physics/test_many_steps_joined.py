@@ -14,7 +14,7 @@ from fsm.model.joined.system import JoinedSystem
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from fsm.solve.stepping import march as balances
-from fsm.solve.stepping.march import march
+from fsm.solve.stepping.march import BALANCE, march
 from fsm.solve.stepping.mean_force import march_mean_force
 from fsm.solve.stepping.model import DRIVES
 from fsm.solve.stepping.outcomes import STEPPED
@@ -57,7 +57,7 @@ def moved(system: JoinedSystem) -> tuple[np.ndarray, np.ndarray]:
 def opened(solver: StepMethod) -> np.ndarray:
     """Array `balance` of `march` without a bound on the energy error."""
     energy = solver.system.energy(0.0, solver.q, solver.u)
-    balance = np.zeros(14)
+    balance = np.zeros(BALANCE)
     balance[balances.START], balance[balances.POWER] = energy.stored, energy.input_power
     balance[balances.SHORTEST], balance[balances.ALLOWED], balance[balances.DRIVEN] = np.inf, np.inf, energy.driven
     return balance

@@ -18,7 +18,7 @@ from fsm.model.system.system import SegmentSystem
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from fsm.solve.stepping import march as balances
-from fsm.solve.stepping.march import march
+from fsm.solve.stepping.march import BALANCE, march
 from fsm.solve.stepping.model import STEADY
 from fsm.solve.stepping.outcomes import STEPPED, UNABLE
 from fsm.solve.time.generalized_alpha import GeneralizedAlpha
@@ -102,7 +102,7 @@ def started(system: SegmentSystem, fixed_step: float | None) -> tuple[Generalize
     """A solver at the start, and the array `balance` of `march` without a bound on the energy error."""
     q, u = system.initial()
     system.commit(0.0, q, u)
-    energy, balance = system.energy(0.0, q, u), np.zeros(14)
+    energy, balance = system.energy(0.0, q, u), np.zeros(BALANCE)
     balance[balances.START], balance[balances.POWER] = energy.stored, energy.input_power
     balance[balances.SHORTEST], balance[balances.ALLOWED], balance[balances.DRIVEN] = np.inf, np.inf, energy.driven
     return GeneralizedAlpha(system, 0.0, q, u, 1e-4, fixed_step=fixed_step), balance

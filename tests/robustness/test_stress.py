@@ -190,7 +190,7 @@ def spoiled(solution: Solution, name: str) -> None:
     elif name == "energy":
         solution.energy["kinetic"] = solution.energy["kinetic"] * 1.01
     elif name == "silence":
-        solution.summary = {**solution.summary, "energy_error": 0.02, "warnings": []}
+        solution.summary = {**solution.summary, "energy_drift": 0.02, "warnings": []}
     elif name == "number":
         solution.summary = {**solution.summary, "contact": [{"force": float("inf")}]}
 

@@ -42,7 +42,7 @@ def warned(
     solution = SimpleNamespace(
         time=np.zeros(1), travel=travel, force=travel, negative_pivots=np.zeros(1), layout=layout, step=np.ones(1)
     )
-    balance = SimpleNamespace(relative_error=off)
+    balance = SimpleNamespace(relative_error=off, relative_drift=off, relative_numerical=0.0)
     exact = RoundOff(1e6, 1e-10, 1.0)
     made = cast(Any, analysis), cast(Any, solution), statistics or Statistics(method), cast(EnergyBalance, balance)
     summary = summary_of(*made, [], exact)

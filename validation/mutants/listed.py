@@ -344,9 +344,16 @@ SOLVERS = (
     Mutant(
         "dissipation not counted",
         "fsm/solve/stepping/march.py",
-        "stored - start + dissipated - work",
-        "stored - start - work",
+        "stored - balance[START] + balance[DISSIPATED] - balance[WORK]",
+        "stored - balance[START] - balance[WORK]",
         physics_test("energy_balance", "test_strip_with_contact_and_friction"),
+    ),
+    Mutant(
+        "numerical dissipation with the velocity before the step",
+        "fsm/solve/stepping/generalized_alpha.py",
+        "moved(motion.u, 0.5, faster)",
+        "moved(motion.u, 0.0, faster)",
+        physics_test("numerical_dissipation", "test_a_linear_oscillator_loses_what_the_method_loses"),
     ),
     Mutant(
         "half of the work of a step counted",

@@ -101,7 +101,7 @@ def examine(drawn: Drawn, limit: float) -> Line:
     case, solution = first.loaded.case, first.solution
     against = judge(case, solution)
     line |= {"dof": solution.summary["dof"], "steps": solution.summary["steps"]}
-    line |= {"energy_error": solution.summary["energy_error"], "told": len(solution.summary["warnings"])}
+    line |= {"energy_error": solution.summary["energy_drift"], "told": len(solution.summary["warnings"])}
     if free_of_ground(case):
         line["linear"], line["angular"] = momentum_error(case, solution)
     if drawn.second and not against:

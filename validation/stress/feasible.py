@@ -87,7 +87,7 @@ def _balanced_turn(tables: Tables, solution: Solution) -> float:
     """Largest rotation up to the first record after the last one with a closed energy balance."""
     energy = solution.energy
     size = np.maximum.accumulate(np.abs(energy["kinetic"]) + np.abs(energy["dissipated"]) + np.abs(energy["work"]))
-    off = np.abs(energy["error"]) > _BALANCED * size
+    off = np.abs(energy["error"] - energy["numerical"]) > _BALANCED * size
     last = int(np.argmax(off)) if off.any() else len(off) - 1
     return float(turns(tables, solution)[: last + 1].max())
 

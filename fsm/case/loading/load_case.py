@@ -28,9 +28,9 @@ from fsm.text.short_repr import ShortRepr
 SUMMARY_NUMBERS = (
     "peak_force", "peak_travel", "dynamic_peak_force", "dynamic_peak_travel", "largest_magnitude",
     "largest_magnitude_travel", "final_travel", "final_force", "contact_travel", "contact_force", "bending_travel",
-    "bending_force", "dof", "steps", "newton_iterations", "energy_error", "unstable_equilibria", "wall_time_s",
-    "frequency_hz", "frequency_fft_hz", "frequency_resolution_hz", "decay_rate", "damping_ratio", "amplitude_center",
-    "amplitude_patch",
+    "bending_force", "dof", "steps", "newton_iterations", "energy_error", "energy_drift", "numerical_dissipation",
+    "unstable_equilibria", "wall_time_s", "frequency_hz", "frequency_fft_hz", "frequency_resolution_hz", "decay_rate",
+    "damping_ratio", "amplitude_center", "amplitude_patch",
 )  # fmt: skip
 """Numbers of a summary, which are the keys of `[expect]`."""
 _MOST_UNEXPECTED = 10

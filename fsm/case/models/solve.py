@@ -48,7 +48,8 @@ class Solve(Model):
     )  # fmt: skip
     spatial: bool = Key("6 degrees of freedom for each body, also if all bodies move in the plane y = 0", default=False)
     energy_abort: Number = Key(
-        "bound of the energy balance residual over the reference energy ([glossary](glossary.md)). Above it "
+        "bound of the energy drift, the energy balance residual with numerical dissipation, over the reference "
+        "energy ([glossary](glossary.md)). Above it "
         "the run stops (exit code 5), but not in the first tenth of the step. In dynamics a residual below 0.5 stops the "
         "run only if it persists until twice the time at which it began, or to the end. Times count from the start of the "
         "step", default=0.05, gt=0,

@@ -1,4 +1,4 @@
-"""Energy balance of a solve: stored energy + dissipated energy - work = const.
+"""Energy balance of a solve: stored energy + dissipated energy + numerical dissipation - work = const.
 
 Energy dissipated in a step of a time integrator, from the states at its ends.
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from fsm.solve.interface.records import Energy, PreviousState
 from fsm.solve.interface.system import System
-from fsm.solve.stepping.march import balanced
+from fsm.solve.stepping.march import add_up
 
 _ROUND_OFF = 1e-12
 """Round-off of the energy after many steps, relative to the stored energy at the start."""
@@ -24,7 +24,10 @@ _EPSILON = float(np.finfo(float).eps)
 _LEAST = 1e-60
 """Least floor, J: products of round-off in a system that does not move."""
 
-_NUMBERS = "start", "dissipated", "work", "error", "worst", "gained", "turnover", "kinetic_worst", "round_off_floor"
+_NUMBERS = (
+    "start", "dissipated", "work", "numerical", "error", "worst", "drift", "gained", "turnover", "kinetic_worst",
+    "round_off_floor",
+)  # fmt: skip
 """Names of the numbers in the order of `fsm.solve.stepping.march`."""
 
 
@@ -32,7 +35,10 @@ _NUMBERS = "start", "dissipated", "work", "error", "worst", "gained", "turnover"
 class EnergyBalance:
     """Energy balance of a solve, J.
 
-    `error` is the present residual, `worst` its largest magnitude so far, `gained` its largest positive value so far.
+    `numerical` is the energy that the steps of generalized-alpha have dissipated so far by their finite size
+    (`fsm.solve.stepping.generalized_alpha`); it is zero for other methods. `error` is the present residual with this energy,
+    `worst` its largest magnitude so far. `drift` and `gained` are the largest magnitude and value of the residual without
+    it: all energy that the steps have lost or gained.
     `turnover` is the reference energy: the largest energy stored, dissipated or put in so far. Relative errors refer to it.
     A reference energy below `round_off_floor` is round-off, for example of a structure at rest or of a mechanism without
     resistance. There is then no relative error. `pair_energy` (2, n_pairs) is the energy that friction and damping of every
@@ -42,8 +48,10 @@ class EnergyBalance:
     start: float = 0.0
     dissipated: float = 0.0
     work: float = 0.0
+    numerical: float = 0.0
     error: float = 0.0
     worst: float = 0.0
+    drift: float = 0.0
     gained: float = 0.0
     turnover: float = 0.0
     kinetic_worst: float = 0.0
@@ -67,10 +75,9 @@ class EnergyBalance:
 
     def balance(self, stored: float, kinetic: float) -> None:
         """Update the residual with the present stored energy and its kinetic part."""
-        self.error, self.worst, self.gained, self.turnover, self.kinetic_worst = balanced(
-            stored, kinetic, self.start, self.dissipated, self.work, self.worst, self.gained, self.turnover,
-            self.kinetic_worst,
-        )  # fmt: skip
+        numbers = self.numbers()
+        add_up(numbers, stored, kinetic)
+        self.set_numbers(numbers)
 
     def numbers(self) -> np.ndarray:
         """The numbers as an array, for `fsm.solve.stepping.march`."""
@@ -84,22 +91,42 @@ class EnergyBalance:
     @property
     def stored(self) -> float:
         """Stored energy at the last update, J."""
-        return self.start + self.work - self.dissipated + self.error
+        return self.start + self.work - self.dissipated - self.numerical + self.error
+
+    def residual(self, stored: float) -> float:
+        """Residual for a stored energy, J."""
+        return stored - self.start + self.dissipated + self.numerical - self.work
 
     @property
     def text(self) -> str:
         """Worst error for messages."""
-        return f"Energy error {self.worst:.3g} J; reference energy {self.turnover:.3g} J"
+        lost = f"Numerical dissipation {self.numerical:.3g} J. " if self.numerical else ""
+        return f"{lost}Energy error {self.drift:.3g} J; reference energy {self.turnover:.3g} J"
 
     @property
     def relative_error(self) -> float:
         """Largest residual relative to the reference energy; 0 if the reference energy is round-off."""
-        return self.worst / self.turnover if self.turnover > self.round_off_floor else 0.0
+        return self._relative(self.worst)
+
+    @property
+    def relative_drift(self) -> float:
+        """Largest energy that the steps have lost or gained, with numerical dissipation, relative to the reference energy; 0
+        if the reference energy is round-off.
+        """
+        return self._relative(self.drift)
+
+    @property
+    def relative_numerical(self) -> float:
+        """Numerical dissipation relative to the reference energy; 0 if the reference energy is round-off."""
+        return self._relative(self.numerical)
 
     @property
     def relative_gain(self) -> float:
         """Largest gain relative to the reference energy; 0 if the reference energy is round-off."""
-        return self.gained / self.turnover if self.turnover > self.round_off_floor else 0.0
+        return self._relative(self.gained)
+
+    def _relative(self, energy: float) -> float:
+        return energy / self.turnover if self.turnover > self.round_off_floor else 0.0
 
 
 def mean_dissipation(

@@ -33,7 +33,7 @@ class SavedState(ShortRepr):
     velocities are zero, also those of drives. `negative_pivots` is the number of negative pivots of the stiffness, if the
     solver has counted them. `final`: the solve ends at this state, before the requested end. `memory`: internal variables of
     a state that the solver has passed already; the system has later ones, so the receiver restores them. Numbers and arrays
-    of several states have a first axis, see `OutputRequest.several`.
+    of several states have a first axis, see `OutputRequest.several`. `numerical` is the numerical dissipation so far, J.
     """
 
     time: Number
@@ -50,6 +50,7 @@ class SavedState(ShortRepr):
     negative_pivots: int | None = None
     final: bool = False
     memory: np.ndarray | None = None
+    numerical: Number = 0.0
 
     @cached_property
     def observation(self) -> Observation:

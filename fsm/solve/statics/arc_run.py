@@ -111,6 +111,7 @@ class ArcRun:
                     time, point.q, at_rest, observed, energy_balance.dissipated, energy_balance.work, energy_balance.error,
                     energy_balance.pair_energy,
                     program_time=point.time, at_rest=True, negative_pivots=point.negative_pivots, memory=memory,
+                    numerical=energy_balance.numerical,
                 )
             )  # fmt: skip
             loads = system.load_displacements((points[0].time, points[0].q), (point.time, point.q))

@@ -20,7 +20,7 @@ from fsm.solve.outcome.run_io import (
     Statistics,
     inertia_counts,
 )
-from fsm.solve.stepping.march import DISSIPATED, ERROR, WORK
+from fsm.solve.stepping.march import DISSIPATED, ERROR, LOST, WORK
 from fsm.solve.stepping.path import is_off
 from fsm.solve.stepping.path_state import AT, CREASES, DRIVES, MOVING_ON, PAIR_FORCE, PANELS, REACTION, Path
 
@@ -131,7 +131,7 @@ class PathRecorder:
         balance = balances[chosen].T
         energies_of_pairs = dissipated + pair_energies[chosen]
         sums = balance[DISSIPATED], balance[WORK], balance[ERROR], energies_of_pairs
-        found = SavedState(*own, *sums, before, negative_pivots=self._pivots)
+        found = SavedState(*own, *sums, before, negative_pivots=self._pivots, numerical=balance[LOST])
         self._keep(found, len(saved))
         self.energy_balance.set_numbers(balances[-1])
         self.energy_balance.pair_energy = energies_of_pairs[-1]
@@ -253,4 +253,5 @@ class PathRecorder:
             energy_balance = self.energy_balance
             numbers = energy_balance.dissipated, energy_balance.work, energy_balance.error, energy_balance.pair_energy
             own = self.time, self.q.copy(), self.u.copy(), self.last, *numbers, self._before
-            self._keep(as_rows(SavedState(*own, negative_pivots=self._pivots, final=final)), 1)
+            numerical = energy_balance.numerical
+            self._keep(as_rows(SavedState(*own, negative_pivots=self._pivots, final=final, numerical=numerical)), 1)

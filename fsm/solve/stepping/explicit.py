@@ -371,7 +371,7 @@ def march_explicit(
         if outcome != STEPPED:
             return _end(model, motion, outcome)
         kinetic, potential, _, power, driven = calls.energies(model, sizes[alpha.TIME], motion.q, motion.u, 0.0, record)
-        if end_step(balance, record, motion, begin, sizes[DONE], sizes[LOST], kinetic, potential, power, driven):
+        if end_step(balance, record, motion, begin, sizes[DONE], sizes[LOST], 0.0, kinetic, potential, power, driven):
             break
     return _end(model, motion, STEPPED)
 

@@ -21,6 +21,14 @@ Choices:
 * M is constant for segments and ANCF elements, and is evaluated once.
 * The method starts again where an event ends a step, and at breaks if forces jump. The step up to there has the forces
   before the jump.
+* The numerical dissipation of a step is the work of all forces less the gain of kinetic energy:
+
+      W + int_0^1 (f(t_n + s h, retract(q_n, s x), x/h).x - h P) ds - (u_n + u_{n+1})/2 . M (u_{n+1} - u_n)          (5)
+
+  W is the work put in that the energy balance has, and P the input power along the step, so the integral is the work of
+  springs and dampers. Along the step bodies have the mean velocities x/h, as in the mean-force method. Two Gauss points
+  have an error of h^5, and none for linear forces. (5) needs no stored energy: the energy balance still shows forces that
+  contradict the energies. (5) contains numerical damping and the errors of x and u in a step, of order h^3.
 * Locked directions (`fsm.solve.stepping.model.lock`) have efforts lambda + r x in Newton's method, which advances lambda
   with each increment. Ends of steps are projected, so that no direction drifts and multipliers are those of the state.
 
@@ -44,7 +52,9 @@ from fsm.solve.stepping import vectors
 from fsm.solve.stepping.outcomes import NO_SOLUTION, OBJECTED, STEP_TOO_SMALL, STEPPED, UNABLE
 
 TIME, STEP_SIZE, MAX_STEP, PRESENT, BEFORE, LAST_ERROR, LONGEST, FACTORISED, CONTRACTION = range(9)
-"""Indices of `Motion.sizes`, in s; the last error and the contraction have no unit."""
+UNSEEN, SPENT = range(9, 11)
+"""Indices of `Motion.sizes`, in s; the last error and the contraction have no unit. The last two are energies of the last
+step, J: numerical dissipation (5) without the work put in, and energy dissipated along the step."""
 STEPS, REJECTED, FAILED, ITERATIONS, FORCES, LINEARISATIONS, FACTORISATIONS, DIVISION, STARTED, SLOW, TANGENT = range(11)
 """Indices of `Motion.counts`. `STARTED`, `SLOW` and `TANGENT` are 0 or 1; `TANGENT`: the model has a tangent."""
 
@@ -74,6 +84,8 @@ _FINEST = 64
 """Largest number of parts of a fixed step for which Newton's method did not converge."""
 _SAME = 1e-9
 """Relative difference below which two step sizes are equal."""
+_EARLY, _LATE = 0.5 - math.sqrt(3.0) / 6.0, 0.5 + math.sqrt(3.0) / 6.0
+"""Gauss points of a step."""
 _SMALLEST = 16.0 * float(np.finfo(float).eps)
 """Smallest step relative to the present time."""
 
@@ -93,6 +105,8 @@ class Rules(NamedTuple):
     fixed_step : s; 0 with error control
     shortest : s
         Error control accepts every step of this size.
+    balances : -
+        1 if steps compute their energies `UNSEEN` and `SPENT`, else 0.
     tolerance, resolved, velocity, increment, span : (nu,) arrays
         Tolerances of the increment x for the local error and for Newton's method, and scales of
         `fsm.solve.interface.scales.Scales`.
@@ -111,6 +125,7 @@ class Rules(NamedTuple):
     growth: float
     fixed_step: float
     shortest: float
+    balances: float
     tolerance: np.ndarray
     resolved: np.ndarray
     velocity: np.ndarray
@@ -127,8 +142,10 @@ class Motion(NamedTuple):
     q, u : configuration (nq,) and velocity (nu,)
     rate, a, slope : (nu,) arrays
         u', the algorithmic acceleration, and the latest slope of u'.
-    sizes, counts : (9,) float and (11,) int arrays
+    sizes, counts : (11,) float and (11,) int arrays
         See the indices above.
+    of_pairs, drive_force : (2, n_pairs) and (n_drives,) arrays
+        Arrays of these sizes for `powers`; zeros.
     """
 
     q: np.ndarray
@@ -138,6 +155,8 @@ class Motion(NamedTuple):
     slope: np.ndarray
     sizes: np.ndarray
     counts: np.ndarray
+    of_pairs: np.ndarray
+    drive_force: np.ndarray
 
 
 class _Trial(NamedTuple):
@@ -220,6 +239,8 @@ def take_step(model: Any, motion: Motion, rules: Rules, until: float) -> int:
             if not trial.solved:
                 return NO_SOLUTION
             return OBJECTED if part < 1.0 else STEP_TOO_SMALL
+    if rules.balances > 0.0:
+        _balance(model, motion, h, trial)
     _accept(model, motion, rules, end, h, trial, part > 1.0)
     return STEPPED
 
@@ -393,6 +414,24 @@ def _make_consistent(model: Any, end: float, q: np.ndarray, u: np.ndarray, a: np
     calls.consistent(model, end, q, u, rate, False)
     for i in range(found.shape[0]):
         a[i] += rate[i] - found[i]
+
+
+@shared
+def _balance(model: Any, motion: Motion, h: float, trial: _Trial) -> None:
+    """Numerical dissipation of a step without W, by (5), and the energy dissipated along it."""
+    sizes, x, mean = motion.sizes, trial.x, vectors.scaled(1.0 / h, trial.x)
+    of_pairs, drive_force = np.zeros((2, motion.of_pairs.shape[1])), np.zeros(motion.drive_force.shape[0])
+    work = spent = 0.0
+    for part in (_EARLY, _LATE):
+        t, q = sizes[TIME] + part * h, calls.retract(model, motion.q, vectors.scaled(part, x))
+        work += 0.5 * vectors.inner(calls.force(model, t, q, mean), x)
+        of_loads, of_dampers = calls.powers(model, t, q, mean, of_pairs, drive_force)
+        work -= 0.5 * h * of_loads
+        spent += 0.5 * h * of_dampers
+    motion.counts[FORCES] += 2
+    faster = vectors.subtracted(trial.u, motion.u)
+    sizes[UNSEEN] = work - vectors.inner(vectors.moved(motion.u, 0.5, faster), calls.mass_times(model, faster))
+    sizes[SPENT] = spent
 
 
 @shared

@@ -284,7 +284,7 @@ def march_mean_force(
             for k in range(motion.of_pairs.shape[1]):
                 motion.all_pairs[row, k] += motion.of_pairs[row, k]
         done, lost = sizes[newton.WORK], sizes[newton.DISSIPATED]
-        if end_step(balance, record, motion, begin, done, lost, kinetic, potential, power, driven):
+        if end_step(balance, record, motion, begin, done, lost, 0.0, kinetic, potential, power, driven):
             break
     return STEPPED
 

@@ -271,14 +271,7 @@ def _advance(model: Any, path: Path, t: float, record: np.ndarray, work: float, 
     accept(model, path, t)
     balance[march.WORK] += work
     balance[march.DISSIPATED] += dissipated
-    (
-        balance[march.ERROR], balance[march.WORST], balance[march.GAINED], balance[march.TURNOVER],
-        balance[march.KINETIC_WORST],
-    ) = march.balanced(
-        record[index.STORED], 0.0, balance[march.START], balance[march.DISSIPATED], balance[march.WORK],
-        balance[march.WORST], balance[march.GAINED],
-        balance[march.TURNOVER], balance[march.KINETIC_WORST],
-    )  # fmt: skip
+    march.add_up(balance, record[index.STORED], 0.0)
     numbers[index.REACTION] = max(numbers[index.REACTION], record[index.LARGEST])
     copy_into(path.record, path.earlier)
     copy_into(record, path.record)

@@ -109,7 +109,7 @@ class Path(NamedTuple):
     Attributes
     ----------
     numbers, counts : arrays, see above
-    balance : (9,) array, J
+    balance : (11,) array, J
         Numbers of `fsm.solve.outcome.energy_balance.EnergyBalance`.
     pair_energy : (2, n_pairs) array, J
         Energy that contact pairs have dissipated since the caller has read it.
@@ -154,7 +154,7 @@ class Path(NamedTuple):
         """State of zeros for systems of these sizes."""
         record = DRIVES + 2 * drives + 7 * pairs
         shapes: list[Any] = [
-            9, 11, 9, (2, pairs), nq, nq, KEPT, (KEPT, nq), (KEPT, efforts), record, record, nu, drives, nu, efforts, nq,
+            9, 11, 11, (2, pairs), nq, nq, KEPT, (KEPT, nq), (KEPT, efforts), record, record, nu, drives, nu, efforts, nq,
             efforts, record, nu, drives,
         ]  # fmt: skip
         arrays = [np.zeros(shape) for shape in shapes]

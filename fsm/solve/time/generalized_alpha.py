@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fsm.solve.interface.records import Observation
 from fsm.solve.interface.system import System
 from fsm.solve.outcome.restart_points import State
 from fsm.solve.settings import RHO_INF
@@ -79,7 +80,8 @@ class GeneralizedAlpha(StepMethod):
         Fixed step size, reduced to divide the time to the next end time, and down to a 64th if Newton's method does not
         converge. None: error control.
     max_step : s
-
+    first : Observation, optional
+        Observation of the state to start from, for runs with an energy balance: steps compute their numerical dissipation.
     """
 
     one_step, in_python, in_kernel = staticmethod(take_step), staticmethod(march), staticmethod(march_arrays)
@@ -96,12 +98,16 @@ class GeneralizedAlpha(StepMethod):
         rho_inf: float | None = RHO_INF,
         fixed_step: float | None = None,
         max_step: float = math.inf,
+        first: Observation | None = None,
     ) -> None:
-        still, sizes, counts = np.zeros(len(u)), np.zeros(9), np.zeros(11, dtype=np.int64)
+        still, sizes, counts = np.zeros(len(u)), np.zeros(11), np.zeros(11, dtype=np.int64)
         sizes[stepping.MAX_STEP], sizes[stepping.LONGEST] = max_step, math.inf
         sizes[stepping.CONTRACTION] = sizes[stepping.LAST_ERROR] = 1.0
         q, u = np.array(q, dtype=float), np.array(u, dtype=float)
-        motion = Motion(q, u, still, still.copy(), still.copy(), sizes, counts)
+        pairs, drives = (0, 0) if first is None else (len(first.pairs.force), len(first.drive.force))
+        motion = Motion(
+            q, u, still, still.copy(), still.copy(), sizes, counts, np.zeros((2, pairs)), np.zeros(drives)
+        )
         super().__init__(system, t, q, motion, fixed_step is None)
         self.coefficients = c = Coefficients.newmark() if rho_inf is None else Coefficients.of(rho_inf)
         # in modes that are too stiff for the step, h u decreases by the factor rho_inf in a step; if h grew faster, u of
@@ -113,7 +119,8 @@ class GeneralizedAlpha(StepMethod):
         tolerance = rtol * scales.increment
         self.rules = Rules(
             c.alpha_m, c.alpha_f, c.beta, c.gamma, c.shift, c.error_x, c.error_u, rtol, newton, growth, fixed_step or 0.0,
-            min(1.0, rtol / _FLOOR_AT) ** (1.0 / 3.0) * system.shortest_step(), tolerance,
+            min(1.0, rtol / _FLOOR_AT) ** (1.0 / 3.0) * system.shortest_step(),
+            0.0 if first is None else 1.0, tolerance,
             # the tolerance of Newton's method is tighter where forces require it; the tolerance of steps is not
             np.minimum(tolerance, scales.resolution / newton), scales.velocity, scales.increment, scales.span,
             np.array(sorted(system.break_times()), dtype=float),

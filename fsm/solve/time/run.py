@@ -110,7 +110,7 @@ class Run(ABC):
         """
         self.time, self.q, self.u = t, q, u
         judged = self.settings.judge_losses or t >= self.settings.end_time
-        off = self.energy_balance.relative_error if judged else self.energy_balance.relative_gain
+        off = self.energy_balance.relative_drift if judged else self.energy_balance.relative_gain
         if off <= self.settings.energy_abort:
             self.balanced = t
         elif self._off_for_long(t, off):
@@ -167,10 +167,9 @@ class Run(ABC):
         self.energy_balance.balance(observed.energy.stored, observed.energy.kinetic)
 
     def _save(self, at: float, q: np.ndarray, u: np.ndarray, observed: Observation, balance: EnergyBalance) -> None:
-        error = observed.energy.stored - balance.start + balance.dissipated - balance.work
         q = self.system.retract(q, np.zeros(self.system.nu))  # SciPy's methods change the norm of quaternions
-        balances = balance.dissipated, balance.work, error, balance.pair_energy
-        self.request.on_save(SavedState(at, q, u.copy(), observed, *balances))
+        balances = balance.dissipated, balance.work, balance.residual(observed.energy.stored), balance.pair_energy
+        self.request.on_save(SavedState(at, q, u.copy(), observed, *balances, numerical=balance.numerical))
         self.saved = at
 
     def _fail(self, outcome: Outcome, detail: str = "") -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from fsm.solve.interface.records import DriveState, Energy
 from fsm.solve.outcome.run_io import CurvePoint, SavedState, observed_at
 from fsm.solve.outcome.status import StepFailed
-from fsm.solve.stepping.march import DISSIPATED, ERROR, POWER, SHORTEST, WORK
+from fsm.solve.stepping.march import DISSIPATED, ERROR, LOST, POWER, SHORTEST, WORK
 from fsm.solve.stepping.model import CREASES, DRIVES, KINETIC, PANELS, STEADY, TIME, TURNOVER
 from fsm.solve.time.array_steps import COUNTED, StepMethod
 from fsm.solve.time.event_steps import Events
@@ -75,7 +75,8 @@ class StepwiseRun(Run):
         if ends:
             balances = balance.dissipated, balance.work, balance.error, balance.pair_energy
             if self.time > self.saved:
-                self.request.on_save(SavedState(self.time, self.q, self.u.copy(), self.last, *balances, final=True))
+                own = self.time, self.q, self.u.copy(), self.last, *balances
+                self.request.on_save(SavedState(*own, numerical=balance.numerical, final=True))
         self.q, self.u, self.state, before = self.q.copy(), self.u.copy(), None, self.last.energy.stored
         t = just_after(system, self.time)
         system.consistent(t, self.q, self.u, np.zeros(len(self.u)))
@@ -145,10 +146,11 @@ class StepwiseRun(Run):
         del self.pending[: len(passed)]
         for state in passed:
             points.append(CurvePoint(first.drive, first.pairs.force, state.time, path, state.panels, state.creases))
-            lost, work, error = state.balance[[DISSIPATED, WORK, ERROR]].tolist()
+            lost, work, error, numerical = state.balance[[DISSIPATED, WORK, ERROR, LOST]].tolist()
+            own = state.time, state.q, state.u
             observed = partial(observed_at, system, state.time, state.q, state.u, state.memory)
             self.request.on_save(
-                SavedState(state.time, state.q, state.u, observed, lost, work, error, pairs, memory=state.memory)
+                SavedState(*own, observed, lost, work, error, pairs, memory=state.memory, numerical=numerical)
             )
         self.saved = passed[-1].time
         system.restore(latest)
@@ -194,7 +196,7 @@ class StepwiseRun(Run):
         else:
             rho_inf = None if settings.method == NEWMARK else settings.rho_inf
             solver = GeneralizedAlpha(
-                self.system, self.time, self.q, self.u, settings.rtol, rho_inf, settings.step, settings.max_step
+                self.system, self.time, self.q, self.u, settings.rtol, rho_inf, settings.step, settings.max_step, self.last
             )
         if solver.marches:
             work = _MARCH_WORK // _COST.get(settings.method, 1)

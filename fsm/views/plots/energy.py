@@ -28,6 +28,7 @@ STACK = {
     "gravity": ("gravity", "#A6761D"),
     "kinetic": ("kinetic", COLOURS[4]),
     "dissipated": ("dissipated", "#999999"),
+    "numerical": ("numerical dissipation", "#666666"),
 }
 """Label and colour of the stacked energies, from below: all of `ENERGIES` except work and error."""
 _VISIBLE = 2e-3

@@ -42,6 +42,7 @@ _RESULTS: dict[str, tuple[str, str, float]] = {
 
 _ERRORS: dict[str, tuple[str, str]] = {
     "energy_error": ("energy balance residual", "relative to the reference energy"),
+    "numerical_dissipation": ("numerical dissipation", "relative to the reference energy"),
     "mesh_error": ("discretisation error of the peak force", "relative, estimated"),
     "mesh_error_final": ("discretisation error of the force at the end", "relative, estimated"),
     "motion_error": ("error of the motion in time", "relative, against a larger tolerance"),
