@@ -12,8 +12,7 @@ from pathlib import Path
 
 from fsm.case.loading.key_help import FILES
 from fsm.case.models.case import root
-from fsm.case.schema.schema import facts_of, section_of
-from fsm.case.schema.schema import Place
+from fsm.case.schema.schema import Place, facts_of, section_of
 
 PAGES = tuple(Path(__file__).parents[1] / name for name in ("case_file.md", "studies.md"))
 _TABLE = re.compile(r"^<!-- keys ?([\w.]*) -->\n\n((?:\|.*\n)*)", re.MULTILINE)

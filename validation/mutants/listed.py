@@ -424,8 +424,8 @@ CHOICES = (
     Mutant(
         "half of the Coriolis acceleration in coordinates of joints",
         "fsm/interactions/joint_tree.py",
-        "crossed(omega, crossed(omega, apart)), 2.0,",
-        "crossed(omega, crossed(omega, apart)), 1.0,",
+        "tensor.crossed(omega, tensor.crossed(omega, apart)), 2.0,",
+        "tensor.crossed(omega, tensor.crossed(omega, apart)), 1.0,",
         physics_test("explicit", "test_coordinates_of_joints_give_the_motion_of_projected_bodies"),
     ),
     Mutant(

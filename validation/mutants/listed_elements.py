@@ -380,8 +380,8 @@ FACETS = (
     Mutant(
         "contact of flexible facets with the whole stiffness for each of both faces",
         "fsm/model/contact/sheets/array_sheets.py",
-        "0.5 * own.node_area[node] / own.sizes[FACE]",
-        "own.node_area[node] / own.sizes[FACE]",
+        "0.5 * own.node_area[node] / own.sizes[index.FACE]",
+        "own.node_area[node] / own.sizes[index.FACE]",
         physics_test("flexible_facets_touch", "test_the_stiffness_of_an_area_does_not_depend_on_the_mesh"),
     ),
     Mutant(
@@ -439,15 +439,15 @@ JOINTS = (
     Mutant(
         "slow steps that pass events",
         "fsm/solve/stepping/path.py",
-        "if 0.0 < record[PART] < 1.0 and",
-        "if 0.0 > record[PART] and",
+        "if 0.0 < record[index.PART] < 1.0 and",
+        "if 0.0 > record[index.PART] and",
         physics_test("joint_events_at_rest", "test_a_driven_latch_opens_on_a_slow_path_and_loses_its_energy"),
     ),
     Mutant(
         "latches that never close",
         "fsm/model/elements/joint_events.py",
-        "memory[LATCHED * m + i] = 1.0",
-        "memory[LATCHED * m + i] = 0.0",
+        "memory[laws.LATCHED * m + i] = 1.0",
+        "memory[laws.LATCHED * m + i] = 0.0",
         physics_test("ideal_joints", "test_a_latch_holds_a_block_between_itself_and_the_stop"),
     ),
     Mutant(

@@ -23,8 +23,9 @@ def Key(meaning: str, *, default: Any = ..., shown: str = "", within: str = "", 
 
     `shown` and `within` state its default and its range in words, where the type does not. `bounds` are those of `Field`.
     """
-    words: dict[str, Any] = {name: text for name, text in (("default", shown), ("range", within)) if text}
-    return Field(default, description=meaning, json_schema_extra=words or None, **bounds)
+    if shown or within:
+        bounds["json_schema_extra"] = {name: text for name, text in (("default", shown), ("range", within)) if text}
+    return Field(default, description=meaning, **bounds)
 
 
 Name = Annotated[str, Field(min_length=1, max_length=100, pattern=r"^[^\x00-\x1f\x7f]*$")]
