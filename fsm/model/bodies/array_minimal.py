@@ -21,7 +21,7 @@ from fsm.interactions.joint_tree import (
     spread,
     with_unit_turns,
 )
-from fsm.kernels.addresses import floats_2d, integers_1d
+from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d
 from fsm.kernels.jit import kernel
 from fsm.model.bodies import arrays as at
 from fsm.model.bodies.array_energies import present_powers
@@ -38,6 +38,7 @@ def to_minimal(
     table, tree = model.table, tree_of(model.table)
     if tree.links.shape[0] == 0 or tree.links[0, CHILD] < 0:
         return 0, 0
+    floats_1d(table, at.INTERVAL)[at.HELD] = 1.0
     place(table, t, q, u)
     lock(model, 0.0)
     project(model, t, at.MEASURE)  # sets the multipliers to zero: the coordinates of joints need none
