@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from fsm.kernels.jit import kernel
 
 NEAR = 1e-9
@@ -22,21 +24,42 @@ def ends_at(before: float, beyond: float, near: float) -> bool:
     return bool(before < -near and beyond <= near)
 
 
+@kernel(inline=True)
+def _cubic(way: float, begins: float, ends: float, part: float) -> float:
+    """Cubic from 0 to `way` over a step, with these slopes at both ends."""
+    return part * (begins + part * (3.0 * way - 2.0 * begins - ends + part * (begins + ends - 2.0 * way)))
+
+
+@kernel
+def _highest(way: float, begins: float, ends: float) -> float:
+    """Part of a step at which its cubic has a maximum between the ends, or 0."""
+    if not (begins > 0.0 and ends < 0.0):
+        return 0.0
+    half, three = 3.0 * way - 2.0 * begins - ends, 3.0 * (begins + ends - 2.0 * way)
+    root = np.sqrt(max(half * half - three * begins, 0.0))
+    return float(begins / (root - half)) if root > half else 0.0
+
+
 @kernel
 def part_to(before: float, now: float, event: float, near: float, begins: float, ends: float) -> float:
     """Part of a step after which a value that increases is just beyond an event: 1 at its end, 2 if it is later.
 
-    `begins` and `ends` are the slopes at both ends of the step, per step; the value between them is the cubic (Hermite).
+    `begins` and `ends` are the slopes at both ends of the step, per step; the value between them is the cubic (Hermite). It
+    may pass the event and return in the step.
     """
-    if not (before < event - near and now >= event - near):
+    way, low, high = now - before, 0.0, 1.0
+    if not before < event - near:
         return 2.0
-    if now <= event + near:
+    if now < event - near:
+        high = _highest(way, begins, ends)
+        if not before + _cubic(way, begins, ends, high) > event + near:
+            return 2.0
+    elif now <= event + near:
         return 1.0
-    low, high, target = 0.0, 1.0, event + 0.5 * near - before
-    way = now - before
-    part = target / way
+    target = event + 0.5 * near - before
+    part = min(target / way, high) if way > 0.0 else high
     for _ in range(_ROOT):
-        value = part * (begins + part * (3.0 * way - 2.0 * begins - ends + part * (begins + ends - 2.0 * way)))
+        value = _cubic(way, begins, ends, part)
         slope = begins + part * (2.0 * (3.0 * way - 2.0 * begins - ends) + 3.0 * part * (begins + ends - 2.0 * way))
         if value < target:
             low = part

@@ -50,8 +50,8 @@ def test_a_plastic_stop(tmp_path: Path) -> None:
     stop = _STOP | {"restitution": 0}
     result = run(flywheel(rate=1.5, end=1.0, stop=stop), tmp_path / "free")
     (event,) = result.summary["joint_events"]
-    assert event["impulse"] == pytest.approx(2.0 * 1.5, rel=1e-4)
     rate, angle, after = of(result, "joint.pin.rate"), of(result, "joint.pin.angle"), result.time > 0.15
+    assert event["impulse"] == pytest.approx(2.0 * (1.5 - rate[-1]), rel=1e-5)
     assert np.abs(rate[after]).max() < 2e-4
     assert angle[after] == pytest.approx(np.full(after.sum(), 0.2), abs=6e-4)
     assert result.summary["energy_error"] < 1e-6
@@ -78,11 +78,13 @@ def test_the_same_case_has_the_same_bits(tmp_path: Path) -> None:
 
 
 def test_events_that_are_not_listed_are_counted(tmp_path: Path) -> None:
-    """A slider between two elastic stops, 20 mm apart: 300 hits, of which 256 are listed."""
+    """A slider between two elastic stops, 20 mm apart, hits one after 20 mm at 2 m/s and half a vibration: of all hits 256
+    are listed."""
     block = body("block", [0, 0, 0], [0.1] * 3, velocity=[2.0, 0.0, 0.0])
     stop = {"lower": -0.01, "upper": 0.01, "stiffness": 1e5}
     slide = joint("slide", "prismatic", "ground", "block", [0, 0, 0], axis=[1, 0, 0]) | {"stop": stop}
     case = mechanism([block], [slide], 6.0, 0.5) | {"gravity": [0.0, 0.0, 0.0]}
     summary = run(case, tmp_path).summary
     assert len(summary["joint_events"]) == 256
-    assert any("of which the first 256 are listed" in text for text in summary["warnings"])
+    hits = 1 + math.floor((6.0 - 0.005) / (0.01 + math.pi * math.sqrt(1.0 / 1e5)))
+    assert any(f"{hits} events of stops and latches, of which the first 256 are" in text for text in summary["warnings"])

@@ -221,6 +221,7 @@ def test_a_latch_opens_at_its_moment(tmp_path: Path) -> None:
     opened = result.time[np.flatnonzero(latched)[-1] + 1]
     assert opened == pytest.approx(0.3 + 2.0 * 0.4, abs=0.011)
     assert angle[-1] < 0.0
+    assert result.summary["energy_error"] < 1e-6  # the energy of the latch is dissipated
     fast = run(flywheel(rate=1.0, end=0.2, latch=latch | {"rate_below": 0.5}), tmp_path / "fast")
     assert not of(fast, "joint.pin.latched").any()
 

@@ -16,14 +16,18 @@ from fsm.model.elements import joint_laws as laws
 
 LATCHES, OPENS, HITS = range(3)
 """What happens."""
+_LOBATTO = float(np.sqrt(21.0) / 14.0)
+"""Distance of the inner points of Lobatto's rule from the middle."""
 WORDS = "latch closes", "latch opens", "stop is hit"
 
 
 @kernel
-def part_before_event(own: np.ndarray, i: int, c: float, rate: float, step: float) -> float:
-    """Part of a step (s), which ends at a coordinate and a rate, up to its first event; 2 without one."""
+def part_before_event(own: np.ndarray, i: int, c: float, rate: float, step: float, held: bool) -> float:
+    """Part of a step (s), which ends at a coordinate and a rate, up to its first event; 2 without one. `held` as in
+    `fsm.model.elements.joint_laws.stops_after`.
+    """
     law, before = floats_2d(own, laws.LAWS)[i], laws.kept(own, laws.COORDINATE, i)
-    part = laws.part_to_parting(own, i, c, rate)
+    part = laws.part_to_parting(own, i, c, rate, step, held)
     begins, ends = step * laws.kept(own, laws.RATE, i), step * rate
     if law[laws.STOP] > 0.0:
         part = min(part, part_to(before, c, law[laws.UPPER], NEAR * max(1.0, abs(law[laws.UPPER])), begins, ends))
@@ -45,13 +49,13 @@ def part_before_event(own: np.ndarray, i: int, c: float, rate: float, step: floa
 
 @kernel
 def _add(own: np.ndarray, what: int, i: int, t: float, rate: float, c: float) -> int:
-    """Add an event; returns its number from 1 on, or 0 if there is no place left, which only counts it."""
+    """Add an event; returns its number from 1 on, or -1 if there is no place left, which only counts it."""
     memory = floats_1d(own, laws.KEPT)
     begin = laws.FIELDS * integers_1d(own, laws.KINDS).shape[0]
     number = int(memory[begin])
     memory[begin] = number + 1.0
     if number >= laws.MOST_EVENTS:
-        return 0
+        return -1
     first = begin + 1 + laws.EVENT * number
     memory[first], memory[first + 1], memory[first + 2], memory[first + 3] = float(what), float(i), t, rate
     memory[first + 4] = memory[first + 5] = 0.0
@@ -95,7 +99,7 @@ def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> flo
                 speed += (1.0 - back) * (rate - speed)
             memory[laws.LATCHED * m + i] = 1.0
             memory[laws.IN_LATCH * m + i] = _add(own, LATCHES, i, t - back * step, speed, law[laws.LATCH_AT])
-    effort = laws.stops_after(own, i, c, c, rate)[0]
+    effort = laws.stops_after(own, i, c, c, rate, False)[0]
     outside = c < law[laws.LOWER] or c > law[laws.UPPER]
     if law[laws.STOP] > 0.0 and outside and memory[laws.IN_STOP * m + i] == 0.0:
         limit = law[laws.LOWER] if c < law[laws.LOWER] else law[laws.UPPER]
@@ -107,11 +111,15 @@ def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> flo
         rests = abs(impact) < law[laws.SLOWEST] and sign * (c_before - limit) >= -NEAR * max(1.0, abs(limit))
         memory[laws.IN_STOP * m + i] = -1.0 if rests else _add(own, HITS, i, t - back * step, sign * impact, limit)
     touching, impulse = effort != 0.0, 0.0
-    if step > 0.0:  # Simpson's rule, with the middle of the cubic between both states
-        faster = memory[laws.RATE * m + i]
-        middle = 0.5 * (c_before + c) + 0.125 * step * (faster - rate)
-        between = laws.stops(own, i, middle, 1.5 * (c - c_before) / step - 0.25 * (faster + rate))[0]
-        impulse = abs(before + 4.0 * between + laws.stops(own, i, c, rate)[0]) * step / 6.0
+    if step > 0.0:  # Lobatto's rule with five points of the cubic between both states
+        begins, ends, way = step * memory[laws.RATE * m + i], step * rate, c - c_before
+        two, three = 3.0 * way - 2.0 * begins - ends, begins + ends - 2.0 * way
+        total = 0.05 * (before + laws.stops(own, i, c, rate)[0])
+        for k in range(-1, 2):
+            x = 0.5 + k * _LOBATTO
+            between, faster = x * (begins + x * (two + x * three)), begins + x * (2.0 * two + 3.0 * x * three)
+            total += (16.0 / 45.0 if k == 0 else 49.0 / 180.0) * laws.stops(own, i, c_before + between, faster / step)[0]
+        impulse = abs(total) * step
     for which in (laws.IN_STOP, laws.IN_LATCH):
         _follow(own, int(memory[which * m + i]), effort, impulse, touching)
     if not outside:
@@ -121,6 +129,6 @@ def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> flo
         memory[laws.LATCHED * m + i] = -1.0
         memory[laws.IN_LATCH * m + i] = 0.0
         _add(own, OPENS, i, t, rate, c)
-        effort = laws.stops_after(own, i, c, c, rate)[0]
+        effort = laws.stops_after(own, i, c, c, rate, False)[0]
     memory[laws.BEFORE * m + i] = effort
     return opened

@@ -19,7 +19,7 @@ import numpy as np
 from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import pieces_at, program_at
-from fsm.laws.one_sided import NEAR, ends_at, mean_loss, one_sided, part_of_line
+from fsm.laws.one_sided import NEAR, ends_at, mean_loss, one_sided, part_of_line, part_to
 from fsm.laws.step import step
 from fsm.model.elements.element_group import OWN
 
@@ -161,17 +161,37 @@ def _elastic(own: np.ndarray, i: int, t: float, c: float, rate: float) -> tuple[
 @kernel
 def stops(own: np.ndarray, i: int, c: float, rate: float) -> Law:
     """Law of both stops and of the latch in a step from the last accepted state."""
-    return stops_after(own, i, kept(own, COORDINATE, i), c, rate)
+    return stops_after(own, i, kept(own, COORDINATE, i), c, rate, False)
 
 
 @kernel
-def stops_after(own: np.ndarray, i: int, before: float, c: float, rate: float) -> Law:
-    """Law of both stops and of the latch in a step that begins at the coordinate `before`."""
+def stops_after(own: np.ndarray, i: int, before: float, c: float, rate: float, held: bool) -> Law:
+    """Law of both stops and of the latch in a step that begins at the coordinate `before`.
+
+    `held`: the step ends at the first event, and up to there the law is smooth. A stop that does not touch at its begin has
+    no effort, a damped stop that pushes there may pull, and one that no longer pushes there loses its energy.
+    """
     effort = by_c = by_rate = energy = lost = 0.0
     for side in range(_sides(own, i)):
         sense, limit, stiffness, damper, rebound = _stop(own, i, side)
-        beyond, faster = sense * (c - limit), sense * rate
-        if ends_at(sense * (before - limit), beyond, NEAR * max(1.0, abs(limit))):
+        beyond, faster, depth = sense * (c - limit), sense * rate, sense * (before - limit)
+        near = NEAR * max(1.0, abs(limit))
+        if held and depth < -near:
+            continue
+        if held and damper > 0.0 and rebound == 0.0:
+            elastic, push = stiffness * beyond, stiffness * beyond + damper * faster
+            pushes = depth + damper / stiffness * sense * kept(own, RATE, i) > near
+            if pushes or depth > near:
+                energy += 0.5 * elastic * beyond
+                if pushes or (beyond > 0.0 and push > 0.0):
+                    effort += sense * push
+                    by_c += stiffness
+                    by_rate += damper
+                    lost += damper * faster * faster
+                else:
+                    lost -= elastic * faster
+                continue
+        if not held and ends_at(depth, beyond, near):
             damper = 0.0
         damper += stiffness * max(beyond, 0.0) * rebound
         push, slope, damping, stored, heat = one_sided(beyond, faster, stiffness, damper)
@@ -218,8 +238,10 @@ def before_stops(own: np.ndarray, i: int, c: float) -> bool:
 
 
 @kernel
-def part_to_parting(own: np.ndarray, i: int, c: float, rate: float) -> float:
-    """Part of a step up to the state in which a damped stop or latch no longer pushes, see `part_of_line`."""
+def part_to_parting(own: np.ndarray, i: int, c: float, rate: float, step: float, held: bool) -> float:
+    """Part of a step (s) up to the state in which a damped stop or latch no longer pushes, see `part_of_line`. `held`: also
+    up to the limit, if it no longer pushes at the begin; see `stops_after`.
+    """
     part, before, faster = 2.0, kept(own, COORDINATE, i), kept(own, RATE, i)
     for side in range(_sides(own, i)):
         sense, limit, stiffness, damper, rebound = _stop(own, i, side)
@@ -227,7 +249,11 @@ def part_to_parting(own: np.ndarray, i: int, c: float, rate: float) -> float:
             continue
         late = sense * damper / stiffness
         pushed, pushes = sense * (before - limit) + late * faster, sense * (c - limit) + late * rate
-        part = min(part, part_of_line(-pushed, -pushes, 0.0, NEAR * max(1.0, abs(limit))))
+        near = NEAR * max(1.0, abs(limit))
+        part = min(part, part_of_line(-pushed, -pushes, 0.0, near))
+        if held and pushed <= near:
+            begins, ends = -sense * step * faster, -sense * step * rate
+            part = min(part, part_to(-sense * (before - limit), -sense * (c - limit), 0.0, near, begins, ends))
     return part
 
 
@@ -369,11 +395,11 @@ def law_at(
     """All laws of a coordinate, and the power that motors and moving free lengths put in, W.
 
     If the inverse of a step's duration (1/s) is given, the dissipated power is that without bristles, slider, stops and
-    latch; see `lost_in_step` and `mean_loss_of_stops`.
+    latch; see `lost_in_step` and `mean_loss_of_stops`. If it is negative, stops and latch are `held`, see `stops_after`.
     """
     effort, by_c, by_rate, energy, lost, put_in = _elastic(own, i, t, c, rate)
     of_spring = slider(own, i, c, rate, SPRING_SLIDER, SPRING_SLID, OF_SPRING_WIDTH)
-    of_stops = stops(own, i, c, rate)
+    of_stops = stops_after(own, i, kept(own, COORDINATE, i), c, rate, per_second < 0.0)
     for part in (of_stops, harness(own, i, c, rate), of_spring, friction(own, i, c, rate)):
         effort += part[0]
         by_c += part[1]

@@ -8,6 +8,10 @@ and the stages of mechanisms with loops, are also projected to openings of zero.
 instead (`fsm.solve.stepping.model.to_minimal`), and are projected at the ends of several steps only, against round-off. Work
 and dissipated energy are integrated with the same stages.
 
+Steps end at events, for example where a stop is hit. In minimal coordinates the forces of a step are smooth up to its first
+event (`fsm.model.elements.joint_laws.stops_after`), whose time comes from the interpolation of order 7 between both ends of
+the step. Other steps are repeated until one ends there.
+
 Springs and dampers bound the step: h omega < 6 for a spring, h c/m < 6 for a damper.
 """
 
@@ -45,6 +49,10 @@ _LEAST_ERROR = 1e-4
 """Least error of the last step that counts."""
 _SMALLEST = 16.0 * float(np.finfo(float).eps)
 """Smallest step relative to the present time."""
+_STAGES, _SEARCHES = 12, 60
+"""Stages of a step, and largest number of interpolated states in the search of an event."""
+_REPEATED = 1e-8
+"""Tolerance below which a step is repeated up to its event, because the order of the interpolation is lower."""
 
 
 class ExplicitRules(NamedTuple):
@@ -61,6 +69,10 @@ class ExplicitRules(NamedTuple):
     tolerance, velocity, increment : (nu,) arrays
         Tolerance of the increments, and scales of `fsm.solve.interface.scales.Scales`.
     breaks : increasing times, s
+    more_nodes, more_stages : (3,) and (3, 16) arrays
+        The same for the rates of the interpolation, after the rate at the end of the step.
+    between : (4, 16) array
+        Weights of the interpolation.
     """
 
     rtol: float
@@ -73,6 +85,9 @@ class ExplicitRules(NamedTuple):
     velocity: np.ndarray
     increment: np.ndarray
     breaks: np.ndarray
+    more_nodes: np.ndarray
+    more_stages: np.ndarray
+    between: np.ndarray
 
 
 class ExplicitMotion(NamedTuple):
@@ -85,12 +100,13 @@ class ExplicitMotion(NamedTuple):
         See the indices above and in `fsm.solve.stepping.generalized_alpha`.
     y, v : (nq,) and (nu,) arrays
         Minimal coordinates and their rates, in the first places.
-    of_q, of_u : (12, nq) and (12, nu) arrays
-        Rates of q and u, or of y and v, in all stages.
+    of_q, of_u : (16, nq) and (16, nu) arrays
+        Rates of q and u, or of y and v, in all stages, at the end, and for the interpolation.
     at_q, at_u, moved, faster : (nq,), (nu,), (nu,) and (nu,) arrays, work space
-    of_energy : (12, 2) array, W
-        Input power and dissipated power of all stages.
+    of_energy : (16, 2) array, W
+        The same of work and dissipated energy.
     pairs, drives : (2, n_pairs) and (n_drives,) arrays, work space
+    record : record of a step (`fsm.solve.stepping.model`), work space
     """
 
     q: np.ndarray
@@ -109,6 +125,7 @@ class ExplicitMotion(NamedTuple):
     of_energy: np.ndarray
     pairs: np.ndarray
     drives: np.ndarray
+    record: np.ndarray
 
 
 @shared
@@ -137,9 +154,10 @@ def take_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: f
         sizes[alpha.LONGEST], counts[alpha.STARTED] = calls.longest_step(model, t, motion.q, motion.u), 1
         if sizes[alpha.STEP_SIZE] == 0.0:
             sizes[alpha.STEP_SIZE] = _first_size(motion, rules, until - t)
-    grow = True
+    grow, most = True, math.inf
     while True:
-        h, end = _next_size(motion, target)
+        h, end = _next_size(motion, target, most)
+        at = 1.0
         if not end > t:
             return STEP_TOO_SMALL
         if not _stages(model, motion, rules, t, end, h):
@@ -157,16 +175,26 @@ def take_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: f
                 if error <= 1.0 and not _accelerate(model, np.nextafter(end, -math.inf), q, u, motion.rate, False):
                     return UNABLE if calls.unable(model) else NO_SOLUTION  # before the end, since motors jump at breaks
             part = calls.part_of_step(model, end, q, u, h)
+            if error <= 1.0 and part < 1.0 and counts[SPEEDS] > 0:
+                if not _more_stages(model, motion, rules, t, end, h, y, v):
+                    return UNABLE if calls.unable(model) else NO_SOLUTION
+                last, rate = y.copy(), v.copy()
+                at = _part_to_event(model, motion, rules, h, part, last, rate, y, v, q, u)
+                if at > 0.0 and rules.rtol < _REPEATED and most == math.inf:
+                    part, at = at, 1.0
+                elif at > 0.0:
+                    part, turns = 1.0, calls.from_minimal(model, y, v, q, u)
+                    end = t + at * h
             if error <= 1.0 and part >= 1.0:
                 break
         counts[alpha.REJECTED] += 1
-        shorter = part
-        if part >= 1.0:
-            shorter = max(_SHRINK, _SAFETY * error ** (-1.0 / _ORDER)) if error < math.inf else _SHRINK
-        sizes[alpha.STEP_SIZE], grow = h * shorter, False
-        if sizes[alpha.STEP_SIZE] < _SMALLEST * max(abs(t), until - t):
+        grow = False
+        most = h * part if part < 1.0 and (error <= 1.0 or counts[SPEEDS] == 0) else math.inf
+        if error > 1.0:
+            sizes[alpha.STEP_SIZE] = h * (max(_SHRINK, _SAFETY * error ** (-1.0 / _ORDER)) if error < math.inf else _SHRINK)
+        if min(most, sizes[alpha.STEP_SIZE]) < _SMALLEST * max(abs(t), until - t):
             return OBJECTED if part < 1.0 else STEP_TOO_SMALL
-    sizes[DONE], sizes[LOST] = _energy(motion, rules, h, 0), _energy(motion, rules, h, 1)
+    sizes[DONE], sizes[LOST] = _energy(motion, rules, h, at, 0), _energy(motion, rules, h, at, 1)
     if counts[SPEEDS] > 0:
         copy_into(y, motion.y[: counts[COORDINATES]])
         copy_into(v, motion.v[: counts[SPEEDS]])
@@ -174,7 +202,10 @@ def take_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: f
     copy_into(u, motion.u)
     sizes[alpha.STEP_SIZE], sizes[alpha.TIME] = _following(sizes, h, error, grow), end
     counts[alpha.STEPS] += 1
+    before = calls.stored(model, end, motion.q, motion.u, motion.record)[1] if at < 1.0 or part > 1.0 else 0.0
     sizes[alpha.LONGEST] = min(calls.accept(model, end, motion.q, motion.u), turns)
+    if at < 1.0 or part > 1.0:  # a latch that opens loses its energy
+        sizes[LOST] += before - calls.stored(model, end, motion.q, motion.u, motion.record)[1]
     return STEPPED
 
 
@@ -182,10 +213,12 @@ def take_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: f
 def _following(sizes: np.ndarray, h: float, error: float, grow: bool) -> float:
     """Size of the step after one of size h, which may `grow` unless the step was repeated.
 
-    A step that is shortened to end at a given time neither reduces the size of later steps nor counts as the last one.
+    A step that is shortened to end at a given time or at an event neither reduces the size of later steps nor counts as the
+    last one.
     """
-    if grow and h < sizes[alpha.STEP_SIZE]:
-        return max(h * min(_GROW, _SAFETY * max(error, 1e-12) ** (-1.0 / _ORDER)), sizes[alpha.STEP_SIZE])
+    if h < sizes[alpha.STEP_SIZE]:
+        longer = h * min(_GROW, _SAFETY * max(error, 1e-12) ** (-1.0 / _ORDER)) if grow else 0.0
+        return max(longer, sizes[alpha.STEP_SIZE])
     factor = (max(error, 1e-12) / _WANTED) ** -_OF_ERROR
     if sizes[alpha.LAST_ERROR] > 0.0:
         factor *= (sizes[alpha.LAST_ERROR] / _WANTED) ** _OF_LAST
@@ -221,11 +254,13 @@ def _end(model: Any, motion: ExplicitMotion, outcome: int) -> int:
 
 
 @shared
-def _next_size(motion: ExplicitMotion, target: float) -> tuple[float, float]:
-    """Size and end of the next step; a step ends exactly at `target`, without a tiny step before it."""
+def _next_size(motion: ExplicitMotion, target: float, most: float) -> tuple[float, float]:
+    """Size and end of the next step, which is `most` at the most; a step ends exactly at `target`, without a tiny step
+    before it.
+    """
     sizes = motion.sizes
     left = target - sizes[alpha.TIME]
-    h = min(sizes[alpha.STEP_SIZE], sizes[alpha.MAX_STEP], sizes[alpha.LONGEST])
+    h = min(sizes[alpha.STEP_SIZE], sizes[alpha.MAX_STEP], sizes[alpha.LONGEST], most)
     if h >= left * (1.0 - 1e-9):
         return left, target
     h = min(h, 0.5 * left)
@@ -294,7 +329,7 @@ def _stages(model: Any, motion: ExplicitMotion, rules: ExplicitRules, t: float, 
 def _sum(start: np.ndarray, rates: np.ndarray, weights: np.ndarray, h: float) -> np.ndarray:
     """Start plus h times the weighted sum of rates (m, n)."""
     out = np.empty(start.shape[0])
-    _add(start, rates, weights, rates.shape[0], h, out)
+    _add(start, rates, weights, weights.shape[0], h, out)
     return out
 
 
@@ -311,11 +346,101 @@ def _add(start: np.ndarray, rates: np.ndarray, weights: np.ndarray, count: int, 
 
 
 @shared
-def _energy(motion: ExplicitMotion, rules: ExplicitRules, h: float, column: int) -> float:
+def _energy(motion: ExplicitMotion, rules: ExplicitRules, h: float, at: float, column: int) -> float:
+    """Work or dissipated energy up to a part of the step, J."""
     total = 0.0
-    for i in range(rules.weights.shape[0]):
+    for i in range(_STAGES):
         total += h * rules.weights[i] * motion.of_energy[i, column]
+    if at < 1.0:
+        return _interpolated(0.0, total, motion.of_energy, column, rules.between, h, at)
     return total
+
+
+@kernel
+def _interpolated(
+    start: float, end: float, rates: np.ndarray, column: int, between: np.ndarray, h: float, at: float
+) -> float:
+    """Value at a part of a step (Hairer, Norsett, Wanner 1993, II.6), from the rates (16, n) of its stages."""
+    first, change = h * rates[0, column], end - start
+    total, factor, left = 0.0, at, 1.0 - at
+    for m in range(3, -1, -1):
+        row = 0.0
+        for i in range(between.shape[1]):
+            row += between[m, i] * rates[i, column]
+        total = (total + h * row) * (factor if m % 2 == 1 else left)
+    total = (total + 2.0 * change - first - h * rates[_STAGES, column]) * factor
+    total = (total + first - change) * left
+    return start + (total + change) * factor
+
+
+@shared
+def _more_stages(
+    model: Any, motion: ExplicitMotion, rules: ExplicitRules, t: float, end: float, h: float, y: np.ndarray, v: np.ndarray
+) -> bool:  # fmt: skip
+    """Write the rates at the end of a step in minimal coordinates, (y, v), and those of the interpolation."""
+    start, faster = _state(motion)
+    q, u = motion.at_q[: y.shape[0]], motion.at_u[: v.shape[0]]
+    first, last = np.nextafter(t, math.inf), np.nextafter(end, -math.inf)
+    for number in range(1 + rules.more_nodes.shape[0]):
+        i, time = _STAGES + number, last
+        if number == 0:
+            copy_into(y, q)
+            copy_into(v, u)
+        else:
+            time = min(max(t + rules.more_nodes[number - 1] * h, first), last)
+            _add(start, motion.of_q, rules.more_stages[number - 1], i, h, q)
+            _add(faster, motion.of_u, rules.more_stages[number - 1], i, h, u)
+        motion.counts[alpha.FORCES] += 1
+        if not _stage(
+            model, time, q, u, motion.of_q[i], motion.of_u[i], motion.of_energy[i], motion.pairs, motion.drives, True,
+            True, True,
+        ):  # fmt: skip
+            return False
+    return True
+
+
+@shared
+def _part_to_event(
+    model: Any, motion: ExplicitMotion, rules: ExplicitRules, h: float, part: float, end: np.ndarray, rate: np.ndarray,
+    y: np.ndarray, v: np.ndarray, q: np.ndarray, u: np.ndarray,
+) -> float:  # fmt: skip
+    """Part of a step in minimal coordinates up to its first event, or up to the latest state that is known to be before it;
+    zero if there is none. The state there is written to y, v, q and u.
+
+    `part` is an estimate, and (end, rate) is the end of the step.
+    """
+    start, faster = _state(motion)
+    t, before, after, at, found = motion.sizes[alpha.TIME], 0.0, 1.0, part, part
+    for _ in range(_SEARCHES):
+        _state_between(motion, rules, start, faster, end, rate, h, at, y, v)
+        calls.from_minimal(model, y, v, q, u)
+        found = calls.part_of_step(model, t + at * h, q, u, at * h)
+        if found > 1.0:
+            return at
+        wide, following = after - before, at * found
+        if found == 1.0:
+            before, following = at, 0.0
+        else:
+            after = at
+        if not after - before > _SMALLEST:
+            break
+        at = following if before < following < after and after - before <= 0.5 * wide else 0.5 * (before + after)
+    if before > 0.0:
+        _state_between(motion, rules, start, faster, end, rate, h, before, y, v)
+        calls.from_minimal(model, y, v, q, u)
+    return before
+
+
+@shared
+def _state_between(
+    motion: ExplicitMotion, rules: ExplicitRules, start: np.ndarray, faster: np.ndarray, end: np.ndarray, rate: np.ndarray,
+    h: float, at: float, y: np.ndarray, v: np.ndarray,
+) -> None:  # fmt: skip
+    """Write minimal coordinates y and rates v at a part of a step from (start, faster) to (end, rate)."""
+    for k in range(y.shape[0]):
+        y[k] = _interpolated(start[k], end[k], motion.of_q, k, rules.between, h, at)
+    for k in range(v.shape[0]):
+        v[k] = _interpolated(faster[k], rate[k], motion.of_u, k, rules.between, h, at)
 
 
 @shared

@@ -68,12 +68,14 @@ class Explicit(StepMethod):
         sizes[MAX_STEP], sizes[LONGEST] = max_step, math.inf
         observed, stages = observed or system.observe(t, q, u), len(DOP853.B)
         q, u = np.array(q, dtype=float), np.array(u, dtype=float)
-        of_q, of_u = np.zeros((stages, len(q))), np.zeros((stages, len(u)))
+        more = stages + 1 + len(DOP853.C_EXTRA)
+        of_q, of_u = np.zeros((more, len(q))), np.zeros((more, len(u)))
         y, at_q = np.zeros((2, len(q)))
         v, at_u, moved, faster = np.zeros((4, len(u)))
         motion = ExplicitMotion(
-            q, u, still, sizes, counts, y, v, of_q, of_u, at_q, at_u, moved, faster, np.zeros((stages, 2)),
+            q, u, still, sizes, counts, y, v, of_q, of_u, at_q, at_u, moved, faster, np.zeros((more, 2)),
             np.zeros((2, len(observed.pairs.force))), np.zeros(len(observed.drive.force)),
+            np.zeros(DRIVES + 2 * len(observed.drive.force) + len(observed.pairs.force)),
         )  # fmt: skip
         super().__init__(system, t, q, motion, True)
         scales = system.scales()
@@ -83,7 +85,9 @@ class Explicit(StepMethod):
         )  # fmt: skip
         self.rules = ExplicitRules(
             rtol, nodes, weights, table, fifth, third, rtol * scales.increment, scales.velocity, scales.increment,
-            np.array(sorted(system.break_times()), dtype=float),
+            np.array(sorted(system.break_times()), dtype=float), *map(
+                np.ascontiguousarray, (DOP853.C_EXTRA, DOP853.A_EXTRA, DOP853.D)
+            ),
         )  # fmt: skip
 
     def march_through(self, balance: np.ndarray, times: np.ndarray, most: int, memory: Sequence[np.ndarray]) -> None:
