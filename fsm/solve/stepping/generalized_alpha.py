@@ -212,7 +212,6 @@ def take_step(model: Any, motion: Motion, rules: Rules, until: float) -> int:
             counts[LINEARISATIONS] += 1
             lock(model, inertial_factor(rules, h))
             renewed_force(model, t, motion.q, motion.u)
-            sizes[FACTORISED] = 0.0
         if rules.fixed_step > 0.0:
             if trial.solved:
                 counts[DIVISION] = max(1, counts[DIVISION] // 2)
@@ -350,11 +349,10 @@ def _newton(model: Any, motion: Motion, rules: Rules, end: float, h: float, rene
     sizes, counts = motion.sizes, motion.counts
     present_size, old_a = sizes[PRESENT], motion.a
     if h != present_size:
-        # a - u' is proportional to h; in modes that are too stiff for the step, scaling it up would excite these modes.
-        # Before a new tangent, the factors of another step size are filter enough
-        if not (renew and sizes[FACTORISED] > 0.0) and not _factorise(model, motion, rules, h, motion.u, False):
+        # a - u' is proportional to h; in modes that are too stiff for the step, scaling it up would excite these modes
+        if not _factorise(model, motion, rules, h, motion.u, False):
             return _Trial(False, renew, motion.u, motion.q, motion.u, motion.a, motion.rate)
-        growth = (1.0 - h / present_size) * inertial_factor(rules, sizes[FACTORISED])
+        growth = (1.0 - h / present_size) * inertial_factor(rules, h)
         old_a = subtracted(motion.a, solve(model, scaled(growth, mass_times(model, subtracted(motion.a, motion.rate)))))
     x, u, a, rate = predict(
         h, rules.alpha_m, rules.alpha_f, rules.beta, rules.gamma, old_a, motion.u, motion.rate, motion.slope
@@ -487,10 +485,9 @@ def _adapt(motion: Motion, rules: Rules, h: float, error: float, grow: bool) -> 
 
 @shared
 def _factorise(model: Any, motion: Motion, rules: Rules, h: float, x: np.ndarray, maps: bool) -> bool:
+    motion.sizes[FACTORISED] = h
     motion.counts[FACTORISATIONS] += 1
-    done = factorise(model, rules.gamma / (rules.beta * h), inertial_factor(rules, h), x, maps)
-    motion.sizes[FACTORISED] = h if done else 0.0
-    return done
+    return factorise(model, rules.gamma / (rules.beta * h), inertial_factor(rules, h), x, maps)
 
 
 @shared
