@@ -94,6 +94,7 @@ class RecordedSolve:
         self.system = analysis.system
         self.warnings = list(warnings)
         self.channels: ChannelSampler | None = None
+        self.judges = True  # whether records have the stability that the solver has not judged
         if records_channels(loaded.case, getattr(analysis, "scene", None)):
             from fsm.channels import sample  # this import loads all kinds of elements
 
@@ -229,7 +230,7 @@ class RecordedSolve:
         analysis.coarsen(stated.coarsen, stated.records)
         analysis.initialise(warnings)
         run = RecordedSolve(loaded, analysis, None, False, warnings)
-        run.channels = None
+        run.channels, run.judges = None, False
         return run.run(lambda fraction: bar.step(fraction, 0), time.perf_counter(), jit.compile_time())
 
     def _named(self, text: str) -> str:
@@ -416,6 +417,8 @@ class RecordedSolve:
         """Negative pivots of the stiffness at saved states, as counted by the solver, else by the analysis."""
         if saved.negative_pivots is not None:
             return np.full(len(times), saved.negative_pivots)
+        if not self.judges:
+            return np.zeros(len(times), dtype=np.int64)
         states = zip(times.tolist(), saved.q, strict=True)
         return [self.analysis.negative_pivots(self.current, t, q) for t, q in states]
 
