@@ -9,6 +9,9 @@ from fsm.case.models.case import Case
 from fsm.case.models.scene import Scene
 from fsm.case.plan.step_items import acting_steps, drives_of, loads_of
 
+_PASSED = {"contact", "friction", "gravity", "load"}
+"""Sections that the builders of strips and of sheets of rigid facets pass on."""
+
 
 def build_scene(case: Case) -> Scene:
     """Scene of a case, on whose parts its events act."""
@@ -18,6 +21,22 @@ def build_scene(case: Case) -> Scene:
     from fsm.case.derived.event_words import with_events
 
     return with_events(scene, case.event, case.units)
+
+
+def rebuilt(case: Case, like: Case, scene: Scene) -> Scene:
+    """Scene of a case that differs from another case in some numbers; where builders only pass these on, the other parts are
+    those of the scene of the other case.
+    """
+    changed = {name for name in Case.model_fields if getattr(case, name) is not getattr(like, name)}
+    passes = case.strip is not None or (case.sheet is not None and case.sheet.facets in ("rigid", "bend-lines"))
+    if not passes or not changed <= _PASSED or case.scene is not None or case.step or case.event or scene.chambers:
+        return build_scene(case)
+    update: dict[str, object] = {name: getattr(case, name) for name in changed - {"load"}}
+    if "load" in changed:
+        from fsm.builders.sheet.sheet_loads import placed_loads  # imports patterns and meshes
+
+        update["loads"] = placed_loads(case, case.load)
+    return scene.model_copy(update=update)
 
 
 def _built(case: Case) -> Scene:

@@ -27,6 +27,8 @@ from fsm.text.short_repr import ShortRepr
 
 _FIRST_LOOK_BACK = 5
 """Number of states before the peak at which rate-dependent derivatives begin; doubled until the start error is small."""
+_UNEVEN = 1.1
+"""Ratio of successive steps at a peak above which its derivatives may be inaccurate."""
 _START_ERROR = 1e-7
 """Bound of the relative error at the peak that is due to the derivatives of the first state."""
 
@@ -50,12 +52,13 @@ class Response(ShortRepr):
 
 @dataclass(frozen=True, repr=False)
 class PeakResponse(ShortRepr):
-    """Largest force (N), its travel (m), its gradient (p,), and faults of parameters without derivatives (NaN)."""
+    """Largest force (N), its travel (m), its gradient (p,), faults of parameters without derivatives (NaN), and warnings."""
 
     force: float
     travel: float
     gradient: np.ndarray | None = None
     without: tuple[Fault, ...] = ()
+    warnings: tuple[str, ...] = ()
 
 
 def force_response(
@@ -145,7 +148,22 @@ def peak_of_run(case: Case, path: PathStates, parameters: Sequence[str]) -> Peak
             without += error.faults
     near = np.full((len(rows), len(parameters)), np.nan)
     near[:, [parameters.index(one.path) for one in varied]] = path.derivatives_near(varied, rows, path.state[-1][0])
-    return replace(peak_of(Response(s[rows], f[rows], near)), without=tuple(without))
+    return replace(peak_of(Response(s[rows], f[rows], near)), without=tuple(without), warnings=_uneven(path, rows))
+
+
+def _uneven(path: PathStates, rows: Sequence[int]) -> tuple[str, ...]:
+    """Warning of a peak with dampers or friction between states at the ends of unequal steps.
+
+    Their forces are means over a step and depend on its length, by 1e-5 of the peak; between near states this moves the top
+    of the parabola.
+    """
+    if not path.system.rate_dependent or len(rows) < 3 or rows[0] == 0:
+        return ()
+    steps = np.diff([path.state[k][0] for k in (rows[0] - 1, *rows)])
+    if steps.max() <= _UNEVEN * steps.min():
+        return ()
+    text = f"the last steps to the states at the peak last {steps.min():.3g} to {steps.max():.3g} s"
+    return (f"{text}; its derivatives may be off by 2e-3; a larger solve.rtol gives equal steps, those of save.every",)
 
 
 def peak_of(response: Response) -> PeakResponse:
@@ -180,25 +198,27 @@ class PathStates:
     ----------
     system : system of the path; that of the last state, if there were several
     systems : number of systems
-    state : list of (time, configuration, memory of friction and hysteresis)
+    state : list of (time, configuration, memory of friction and hysteresis); without the memory where it is computed later
     travel, force : lists of float, m and N
         Travel and force of the first drive in every state; NaN without a drive.
     """
 
     system: Any = None
     systems: int = 0
-    state: list[tuple[float, np.ndarray, np.ndarray]] = field(default_factory=list)
+    state: list[tuple[float, np.ndarray, np.ndarray | None]] = field(default_factory=list)
     travel: list[float] = field(default_factory=list)
     force: list[float] = field(default_factory=list)
 
-    def add(self, system: Any, t: float, q: np.ndarray, point: CurvePoint | None) -> None:
-        """Add a state at time t (s); `point` is that of the force curve, if there is one at this time."""
+    def add(self, system: Any, t: float, q: np.ndarray, point: CurvePoint | None, present: bool = True) -> None:
+        """Add a state at time t (s); `point` is that of the force curve, if there is one at this time. `present`: the system
+        has the memory of this state.
+        """
         if system is not self.system:
             self.system, self.systems = system, self.systems + 1
         drive = system.observe(t, q, None).drive if point is None else point.drive
         self.travel.append(float(drive.travel[0]) if len(drive.travel) else math.nan)
         self.force.append(float(drive.force[0]) if len(drive.force) else math.nan)
-        self.state.append((t, q.copy(), system.memory()))
+        self.state.append((t, q.copy(), system.memory() if present else None))
 
     def rows_at(self, times: np.ndarray) -> list[int]:
         """Number of the state at each time (n,), s."""
@@ -206,10 +226,15 @@ class PathStates:
         return [int(row) for row in np.searchsorted(reached, times)]
 
     def restore(self, row: int) -> tuple[float, np.ndarray]:
-        """Time and configuration of a state; restores its memory in the system."""
-        t, q, memory = self.state[row]
-        if len(memory):
-            self.system.restore(memory)
+        """Time and configuration of a state; restores its memory in the system, from that of an earlier state if need be."""
+        system, known = self.system, next(k for k in range(row, -1, -1) if self.state[k][2] is not None)
+        t, q, memory = self.state[known]
+        if memory is not None and len(memory):
+            system.restore(memory)
+        for k in range(known + 1, row + 1):
+            before, (t, q, _) = (t, q), self.state[k]
+            system.commit(t, q, system.difference(before[1], q) / (t - before[0]), before)
+            self.state[k] = t, q, system.memory()
         return t, q
 
     def derivatives(
@@ -261,7 +286,10 @@ def _follow(case: Case, system: SegmentSystem, travel: np.ndarray) -> tuple[Path
         settings = path_settings(case, system, float(times[-1]))
 
         def add(end: AcceptedStep) -> None:
-            path.add(system, end.time, end.q, points[-1] if points[-1].time == end.time else None)
+            of_times = {point.time: point for point in points[-1 - len(end.passed) :]}
+            for t, q in end.passed:
+                path.add(system, t, q, of_times.get(t), False)
+            path.add(system, end.time, end.q, of_times.get(end.time))
 
         follow(system, settings, times.tolist(), lambda saved: None, add, start, points=points, each_step=True)
     return path, path.rows_at(times)

@@ -19,7 +19,8 @@ the parameter too. Times change with the drives, so that states at the same trav
 With contacts of flexible parts, differences are central, p + d and p - d. Systems of nodes alone have no dr/dq, and the
 round-off of r counts: their differences are central with d = 5e-4, with an error of d^2 times the third derivative and a
 round-off of 1e-6. The tangent is that of the system itself, so the corrections dz decrease by a constant factor. They are
-repeated until the remaining error of z and of the reactions is below 1e-8, or 1e-6 in states before those asked for.
+repeated until the remaining error of z and of the reactions is below 1e-8, or 1e-6 in states before those asked for, or
+until a correction is more than half the last one, which is round-off: numbers that hardly change a state reach it soon.
 
 The adjoint method solves A^T lambda = (dr/dq)^T once for each force, r' = dr/dp + lambda . dh/dp with central differences
 at a fixed q. Dampers and friction have none: it would run backwards in time.
@@ -35,7 +36,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse.linalg import splu
 
-from fsm.builders.scene import build_scene
+from fsm.builders.scene import rebuilt
 from fsm.calibrate.study import value_at, with_values
 from fsm.case.derived.planar import out_of_plane
 from fsm.case.models.case import Case
@@ -54,6 +55,8 @@ _FREE_STEP = 2e-6
 """The same without contacts: errors of 1e-5 by the round-off of stiff joints at 1e-6, by the second derivative at 5e-6."""
 _CONTACT_STEP = 1e-8
 """The same for a parameter that moves the sides of contacts of rigid bodies."""
+_GEOMETRY = {"strip", "sheet", "lattice"}
+"""Sections most of whose numbers move the sides of contacts."""
 _NODES_STEP = 5e-4
 """The same for systems of nodes alone, in central differences."""
 _MOST = 6
@@ -68,6 +71,8 @@ _SMALL = 1e-3
 """Effect of a number on the reactions, relative to the largest effect, below which its error is relative to the latter."""
 _FIRST_RATE = 1e-3
 """Least ratio of two successive corrections, until it has been measured at a state."""
+_STALLED = 0.5
+"""Ratio of two successive corrections above which both are round-off."""
 _OTHER_SIZE = "changes the number of degrees of freedom; it cannot be varied continuously"
 _NO_RATES = "a small change adds dampers, and the run has none; give a value above 0 for exact derivatives"
 _EQUILIBRIUM = 1e-4
@@ -124,19 +129,22 @@ def _vary(case: Case, scene: Scene, system: SegmentSystem, path: str, central: b
     central = central or not _has_bodies(system) or (not rigid and bool(system.contacts))
 
     def changed(by: float) -> Scene:
-        return build_scene(with_values(case, {path: value + by * size}))
+        return rebuilt(with_values(case, {path: value + by * size}), case, scene)
 
+    small = rigid and not central and bool(system.contacts)
+    if small and path.partition(".")[0] in _GEOMETRY:  # their numbers move sides of contacts
+        step = _CONTACT_STEP
     other = changed(step)
     if other == scene:
         return VariedParameter(path, ())
-    if rigid and not central and system.contacts and not same_sides(other, scene):
-        step = _CONTACT_STEP
+    if small and same_sides(other, scene) != (step == _STEP):
+        step = _STEP + _CONTACT_STEP - step
         other = changed(step)
     found = []
     for signed, one in ((step, other), (-step, changed(-step))) if central else ((step, other),):
         if rigid:  # `scene` has no faults
-            spatial = case.solve.spatial or bool(out_of_plane(one))
-            varied = SceneCompiler(one, spatial, like=Compiled(scene, system.contacts)).system()
+            spatial = system.spatial or bool(out_of_plane(one))
+            varied = SceneCompiler(one, spatial, like=Compiled(scene, system)).system()
         else:
             varied = compile_whole(case, one, None)
         if varied.nq != system.nq:
@@ -239,16 +247,18 @@ class PathSensitivity:
         by_motion: np.ndarray | None, needed: bool,
     ) -> np.ndarray:
         """Find the equilibria of the varied systems next to a state; gives the changes of the reactions (n_drives, m)."""
-        past, ways, memory = self._ways, self._ways.copy(), self.system.memory()
+        ways, memory = self._ways.copy(), self.system.memory()
         changes, left = np.zeros((len(own[1]), len(self._varied))), np.arange(len(self._varied))
         for k in left.tolist():
             self._restore(k, memory)
+        times = [self._time(k, t) for k in left.tolist()]
+        pasts = [None if before is None else self._past(k, before) for k in left.tolist()]
         tolerance = _SAME if by_motion is None else _NEAR if needed else _FAR
         last = np.full(len(left), math.inf)
         for turn in range(_MOST):
             residual, earlier = np.zeros((len(own[0]), len(left))), changes[:, left]
             for column, k in enumerate(left.tolist()):
-                force, reaction = self._balance(k, t, q, before, past, ways)
+                force, reaction = self._balance(k, times[k], q, pasts[k], ways[:, k])
                 residual[:, column] = (force - own[0]) / self._steps[k]
                 changes[:, k] = (reaction - own[1]) / self._steps[k]
             more = tangent.solve(residual)
@@ -268,6 +278,8 @@ class PathSensitivity:
             elif needed:
                 self._rates = np.maximum(self._rates, _FIRST_RATE)
             open_ = self._rates[left] * correction > tolerance
+            if turn > 1:
+                open_ &= correction < _STALLED * last
             left, last = left[open_], np.maximum(correction[open_], 1e-300)
             if not len(left):
                 break
@@ -282,16 +294,19 @@ class PathSensitivity:
             other.restore(memory)
         other.copy_locks(system)
 
+    def _past(self, k: int, before: PreviousState) -> PreviousState:
+        """Last state of a varied system."""
+        return self._time(k, before[0]), self.system.retract(before[1], self._steps[k] * self._ways[:, k])
+
     def _balance(
-        self, k: int, t: float, q: np.ndarray, before: PreviousState | None, past: np.ndarray, ways: np.ndarray
+        self, k: int, t: float, q: np.ndarray, before: PreviousState | None, way: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Force and reactions of a varied system near a state."""
-        system, other, step = self.system, self._varied[k].system, self._steps[k]
-        there, at = system.retract(q, step * ways[:, k]), self._time(k, t)
+        """Force and reactions of a varied system near a state; time and last state are its own."""
+        system, other = self.system, self._varied[k].system
+        there = system.retract(q, self._steps[k] * way)
         if before is None:
-            return other.balance(at, there, None, None)
-        previous = self._time(k, before[0]), system.retract(before[1], step * past[:, k])
-        return other.balance(at, there, system.difference(previous[1], there) / (at - previous[0]), previous)
+            return other.balance(t, there, None, None)
+        return other.balance(t, there, system.difference(before[1], there) / (t - before[0]), before)
 
     def _time(self, k: int, t: float) -> float:
         """Time at which a varied system has the same travel as the system at a time."""
@@ -321,10 +336,10 @@ class PathSensitivity:
         tangent = splu(self._matrix(t, q, None, None)[0].bsr().tocsc())
         multipliers = tangent.solve(np.ascontiguousarray(system.drive_tangent(t, q, None).T), trans="T")
         force, reaction = system.balance(t, q, None)
-        changes, none, memory = np.zeros((len(reaction), len(self._varied))), np.zeros_like(self._ways), system.memory()
+        changes, memory = np.zeros((len(reaction), len(self._varied))), system.memory()
         for k, step in enumerate(self._steps):
             self._restore(k, memory)
-            other = self._balance(k, t, q, None, none, none)
+            other = self._balance(k, self._time(k, t), q, None, np.zeros(system.nu))
             changes[:, k] = (other[1] - reaction + multipliers.T @ (other[0] - force)) / step
         return np.asarray(changes @ self._parts)
 

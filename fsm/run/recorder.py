@@ -59,8 +59,10 @@ if TYPE_CHECKING:
     from fsm.channels.conditions import EventWatch
     from fsm.channels.sample import ChannelSampler
 
-OnState = Callable[[System, float, np.ndarray, CurvePoint | None], None]
-"""Function of the system, the time (s), the configuration, and the point of the force curve there, if there is one."""
+OnState = Callable[[System, float, np.ndarray, CurvePoint | None, bool], None]
+"""Function of the system, the time (s), the configuration, the point of the force curve there, if there is one, and whether
+the system is in this state; if not, it is in a later one.
+"""
 CHECKPOINT_EVERY = 1.0
 """Wall time between checkpoints, s; one checkpoint takes about 10 ms."""
 
@@ -340,6 +342,8 @@ class RecordedSolve:
         def on_step(end: AcceptedStep) -> None:
             self._step(writer, bar, energy_balance, end)
             if each_step:
+                for t, q in end.passed:
+                    self._pass_on(t, q, False)
                 self._pass_on(end.time, end.q)
 
         assert isinstance(step.settings, Settings | PathSettings)
@@ -353,11 +357,11 @@ class RecordedSolve:
         state = begins, energy_balance, self.points, after
         return simulate(self.current, step.settings, times, on_save, on_step, *state, self.watch, each_step, True)[0]
 
-    def _pass_on(self, t: float, q: np.ndarray) -> None:
-        """Give a state of a path to `on_state`."""
+    def _pass_on(self, t: float, q: np.ndarray, present: bool = True) -> None:
+        """Give a state of a path to `on_state`; `present`: it is that of the system."""
         assert self.on_state is not None
-        last = self.points[-1] if self.points and self.points[-1].time == t else None
-        self.on_state(self.current, t, q, last)
+        point = next((point for point in reversed(self.points) if point.time <= t), None)
+        self.on_state(self.current, t, q, point if point is not None and point.time == t else None, present)
 
     def _open_energy_balance(self, step: RunStep, q: np.ndarray, u: np.ndarray) -> None:
         """Open the energy balance at the first step after the search for the start, and update it in later steps."""

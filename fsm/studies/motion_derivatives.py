@@ -38,6 +38,8 @@ from fsm.channels.offer import Model, State, offers_of
 from fsm.errors import CaseError, Fault
 from fsm.kernels.pointers import enter
 from fsm.model.compile.compile_case import compile_planned, compile_whole
+from fsm.model.compile.compile_contacts import Compiled
+from fsm.model.compile.compile_joint_forces import laws_of_joints
 from fsm.model.system.system import SegmentSystem
 from fsm.solve.outcome.energy_balance import EnergyBalance
 from fsm.solve.outcome.run_io import SavedState
@@ -84,13 +86,17 @@ _AT, _INTEGRALS, _LAST = _lobatto(_POINTS)
 
 
 class Varied(NamedTuple):
-    """System with one number increased by `step` (SI), its solver, and the case and scene of the system."""
+    """System with one number increased by `step` (SI), its solver, and the case and scene of the system.
+
+    A number on which only laws of joints depend needs no other system; `laws` are those of the joints.
+    """
 
     system: SegmentSystem
     solver: Explicit
     step: float
     case: Case
     scene: Scene
+    laws: np.ndarray | None
 
 
 @dataclass(frozen=True)
@@ -166,6 +172,7 @@ class MotionDerivatives:
     switches : list of (time, derivative (p,), what)
         Switches so far: times (s) at which a latch closes, or a stop or latch begins or ceases to push.
     evaluations : number of accelerations
+    one_sided : warnings of derivatives that hold to one side only
 
     Raises
     ------
@@ -184,17 +191,21 @@ class MotionDerivatives:
             raise CaseError(Fault("solve.method", _OTHER))
         self.varied = list[Varied]()
         for other, step in zip(cases, steps, strict=True):
-            scene = build_scene(other)
-            system = compile_whole(other, scene, None)
-            solver = Explicit(system, 0.0, *system.initial(), rtol)
-            self.varied.append(Varied(system, solver, step, other, scene))
+            scene, system, solver = build_scene(other), self.system, self.solver
+            laws = laws_of_joints(scene, Compiled(self.scene, self.system))
+            if laws is None:
+                system = compile_whole(other, scene, None)
+                solver = Explicit(system, 0.0, *system.initial(), rtol)
+            self.varied.append(Varied(system, solver, step, other, scene, laws))
         self.evaluations, self.switches = 0, list[tuple[float, np.ndarray, str]]()
-        self._joints = JointSwitches([self.system, *(one.system for one in self.varied)])
+        systems = [self.system, *(one.system for one in self.varied)]
+        self._joints = JointSwitches(systems, [None, *(one.laws for one in self.varied)])
         self._breaks = self.system.break_times()
         self._regime = np.zeros(0, dtype=bool), np.zeros(0)
         self._quality = 1.0
         self._known: tuple[float, _Node] | None = None
         self._length, self._chosen = 0.0, np.zeros(0, dtype=np.int64)
+        self.one_sided = self._joints.one_sided(0.0, self.solver.q, self.solver.u)
         self.state = self._start()
 
     def _refuse(self, plan: Any, warned: bool) -> None:
@@ -213,6 +224,8 @@ class MotionDerivatives:
         self.system.commit(0.0, q, u)
         by_q, by_u = np.zeros((len(u), len(self.varied))), np.zeros((len(u), len(self.varied)))
         for k, one in enumerate(self.varied):
+            if one.laws is not None:
+                continue
             other, speed = one.system.initial()
             by_q[:, k] = self.system.difference(q, other) / one.step
             by_u[:, k] = (speed - u) / one.step
@@ -261,7 +274,9 @@ class MotionDerivatives:
         by = (out[1 : 2 * m + 1] - out[2 * m + 1 :]).T / (2.0 * _STATE_STEP)  # (3 nu, 2 m)
         given = np.zeros((3 * n, len(self.varied)))
         for k, one in enumerate(self.varied):
-            given[:, k] = (self._respond(one.solver, t, q, u, ways[:1])[0] - out[0]) / one.step
+            if self._joints.differs(k + 1):
+                self._joints.use(k + 1)
+                given[:, k] = (self._respond(one.solver, t, q, u, ways[:1])[0] - out[0]) / one.step
         self._joints.release()
         pick = np.concatenate([chosen, n + chosen])
         inner = by[pick]
@@ -273,8 +288,9 @@ class MotionDerivatives:
         # the increments turn with the bodies: theta' = omega' - omega x theta
         def turned(values: np.ndarray) -> np.ndarray:
             cross = np.zeros(values[:n].shape)
-            spin, angles = u.reshape(-1, 6)[:, 3:], values[:n].reshape(-1, 6, values.shape[1])[:, 3:]
-            cross.reshape(-1, 6, values.shape[1])[:, 3:] = np.cross(spin[:, :, None], angles, axis=1)
+            spin, angles = u.reshape(-1, 6)[:, 3:, None], values[:n].reshape(-1, 6, values.shape[1])[:, 3:]
+            product = spin[:, [1, 2, 0]] * angles[:, [2, 0, 1]] - spin[:, [2, 0, 1]] * angles[:, [1, 2, 0]]
+            cross.reshape(-1, 6, values.shape[1])[:, 3:] = product
             return np.concatenate([(values[n : 2 * n] - cross)[chosen], values[2 * n :][chosen]])
 
         return _Node(of_z[:n], of_z[n : 2 * n], free[:n], free[n : 2 * n], turned(of_z), turned(free))
@@ -326,13 +342,18 @@ class MotionDerivatives:
         self.solver.back_to(state.t, state.q, state.u, resume)
         self.system.restore(state.memory)
 
+    def _restore(self, memory: np.ndarray) -> None:
+        """Restore the internal variables of the other systems."""
+        for one in self.varied:
+            if one.laws is None:
+                one.system.restore(memory)
+
     def _collocate(self, begin: MotionState, length: float) -> _Panel | _Switch:
         """Derivatives at the end of a panel, or the first switch in it."""
         latched, solver = self._joints.latched(), self.solver
         pushes = self._joints.values(0, begin.t, begin.q, begin.u, latched) > NOTHING
         self._regime = pushes, latched
-        for one in self.varied:
-            one.system.restore(begin.memory)
+        self._restore(begin.memory)
         nodes, before = [self._first_node(begin)], (begin, solver.state())
         for part in _AT[1:].tolist():
             t = begin.t + part * length
@@ -441,8 +462,7 @@ class MotionDerivatives:
             self.switches.append((middle, delay, "stop"))
         z += (middle - state.t) * (node.matrix @ z + node.right)
         memory = self.system.memory()
-        for one in self.varied:
-            one.system.restore(memory)
+        self._restore(memory)
         self._regime = acting > NOTHING, now
         node = self._node(t, q, u, 0.0)
         z += (t - middle) * (node.matrix @ z + node.right)
@@ -477,9 +497,11 @@ class MotionDerivatives:
         own = value(self.case, self.scene, self.system, state.q, state.u)
         slopes = np.zeros(len(self.varied))
         for k, one in enumerate(self.varied):
+            self._joints.use(k + 1)
             there = self.system.retract(state.q, one.step * state.by_q[:, k])
             other = value(one.case, one.scene, one.system, there, state.u + one.step * state.by_u[:, k])
             slopes[k] = (other - own) / one.step
+        self._joints.release()
         self.system.restore(state.memory)
         return own, slopes
 
@@ -505,9 +527,11 @@ def motion_response(of: str, summary: Mapping[str, Any]) -> tuple[float, str, in
 
 
 def derivatives_of_motion(
-    case: Case, cases: Sequence[Case], steps: Sequence[float], time: float, channel: str, component: int
+    case: Case, cases: Sequence[Case], steps: Sequence[float], time: float, channel: str, component: int,
+    warnings: list[str],
 ) -> np.ndarray:
     """Derivatives (p,) of a channel at a time (s), or of the time at which the first latch closes; see `motion_response`.
+    Warnings are appended.
 
     Raises
     ------
@@ -515,6 +539,7 @@ def derivatives_of_motion(
         The case has no such derivatives.
     """
     motion = MotionDerivatives(case, cases, steps)
+    warnings += motion.one_sided
     if not channel:
         motion.advance(time * (1.0 + 1e-6))
         return next(delay for _, delay, what in motion.switches if what == "latch closes")

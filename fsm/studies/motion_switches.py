@@ -19,6 +19,9 @@ from fsm.model.system.system import SegmentSystem
 NOTHING = 1e-12
 """Least value of a switching function with which a stop or latch pushes, rad or m."""
 
+_SAME_PLACE = 1e-9
+"""Distance of a stop from a start or a latch that are at this stop, relative to its coordinate or 1 rad or m."""
+
 
 class JointSwitches:
     """Laws of the joints of a system, and of systems with one number increased.
@@ -26,6 +29,7 @@ class JointSwitches:
     Parameters
     ----------
     systems : the system, and the others
+    laws : laws of each system, if it is the system itself with other laws of the joints; else None
 
     Raises
     ------
@@ -33,32 +37,40 @@ class JointSwitches:
         A law has no derivatives.
     """
 
-    def __init__(self, systems: Sequence[SegmentSystem]) -> None:
+    def __init__(self, systems: Sequence[SegmentSystem], laws: Sequence[np.ndarray | None]) -> None:
         self.systems = list(systems)
         self._groups = [_joint_forces(system) for system in systems]
         if self._groups[0] is not None:
             _refuse(self._groups[0])
-        self._laws = [None if group is None else group.laws.copy() for group in self._groups]
+        self._laws = [
+            None if group is None else group.laws.copy() if own is None else own
+            for group, own in zip(self._groups, laws, strict=True)
+        ]
+        self._alone = [own is not None for own in laws]
         self._held: tuple[np.ndarray, np.ndarray] | None = None
-        self._held_laws = np.zeros((0, 0))
+        self._held_laws = self._laws
 
     def hold(self, pushes: np.ndarray, latched: np.ndarray) -> None:
         """Let stops and latches of all systems push or not, whatever their coordinates; else a step of a difference would
         pass a switch nearby.
 
-        A law that pushes, k (c - l) + d c', becomes a part of spring and damper.
+        A law that pushes, k (c - l) + d c', becomes a part of spring and damper. `use` gives a system its laws.
         """
-        own, laws = self._groups[0], self._held_laws
-        if own is None:
-            return
         if self._held is None or not all(map(np.array_equal, self._held, (pushes, latched))):
-            self._held = pushes.copy(), latched.copy()
-            for group, given in zip(self._groups, self._laws, strict=True):
-                if group is not None and given is not None:
-                    group.laws[:] = _held_laws(given, pushes.reshape(-1, 3), latched)
-            self._held_laws = own.laws.copy()
-        else:
-            own.laws[:] = laws
+            self._held, sides = (pushes.copy(), latched.copy()), pushes.reshape(-1, 3)
+            self._held_laws = [None if given is None else _held_laws(given, sides, latched) for given in self._laws]
+        self.use(0)
+
+    def differs(self, which: int) -> bool:
+        """Whether system number `which` differs from the system itself while laws are held."""
+        own, laws = self._held_laws[0], self._held_laws[which]
+        return not self._alone[which] or own is None or laws is None or not np.array_equal(laws, own)
+
+    def use(self, which: int) -> None:
+        """Give system number `which` its laws, held or not."""
+        group = self._groups[which]
+        if group is not None:
+            group.laws[:] = self._held_laws[which]
 
     def release(self) -> None:
         """Restore the laws of the system itself."""
@@ -66,11 +78,9 @@ class JointSwitches:
             self._groups[0].laws[:] = self._laws[0]
 
     def release_all(self) -> None:
-        """Restore the laws of all systems."""
-        self._held = None
-        for group, laws in zip(self._groups, self._laws, strict=True):
-            if group is not None:
-                group.laws[:] = laws
+        """Hold no laws any more."""
+        self._held, self._held_laws = None, self._laws
+        self.release()
 
     def latched(self) -> np.ndarray:
         """State of the latches at the last accepted step, (m,)."""
@@ -100,6 +110,28 @@ class JointSwitches:
         opens = (laws[:, law.LATCH] > 0.0) & (latched == 0.0)
         values[opens, 2] = (sense * (c - laws[:, law.LATCH_AT]))[opens]
         return values.ravel()
+
+    def one_sided(self, t: float, q: np.ndarray, u: np.ndarray) -> list[str]:
+        """Warnings of joints whose start (t, q, u) or latch is at a stop, if a number moves stops or latches: a shift to the
+        other side of the stop changes the motion in another way.
+        """
+        group, laws, places = self._groups[0], self._laws[0], [law.LOWER, law.UPPER, law.LATCH_AT]
+        if group is None or laws is None:
+            return []
+        if all(other is None or np.array_equal(other[:, places], laws[:, places]) for other in self._laws):
+            return []
+        start, stops = group.states(t, *self.systems[0].place(t, q, u))[:, :1], laws[:, [law.STOP]] > 0.0
+        limits = _limits(laws)[:, :2]
+        near = _SAME_PLACE * np.maximum(np.abs(limits), 1.0)
+        begins = (stops & (np.abs(start - limits) <= near)).any(axis=1)
+        closes = (laws[:, law.LATCH] > 0.0) & (stops & (np.abs(laws[:, [law.LATCH_AT]] - limits) <= near)).any(axis=1)
+        found = []
+        for which, what in ((begins, "start"), (closes, "latch")):
+            names = [name.removeprefix("joint.") for name, own in zip(group.names, which.tolist(), strict=True) if own]
+            if names:
+                text = "derivatives with respect to the places of stops and latches hold to one side only"
+                found.append(f"the {what} of {', '.join(names)} is at a stop; {text}")
+        return found
 
     def delay(
         self, row: int, varied: Sequence[tuple[np.ndarray, np.ndarray, float]], begin: tuple[float, np.ndarray],
@@ -145,7 +177,8 @@ def _held_laws(laws: np.ndarray, pushes: np.ndarray, latched: np.ndarray) -> np.
         held[on, law.LOAD] -= laws[on, stiffness] * (limits[on, side] - laws[on, law.REST])
         held[on, law.SPRING] += laws[on, stiffness]
         held[on, law.DAMPER] += laws[on, damping]
-    held[:, [law.STOP, law.STOP_DAMPER, law.LATCH, law.LATCH_DAMPER]] = 0.0
+    held[:, [law.STOP, law.STOP_DAMPER, law.LATCH, law.LATCH_DAMPER, law.LATCH_AT, law.PLAY]] = 0.0
+    held[:, [law.LOWER, law.UPPER]] = -np.inf, np.inf
     return held
 
 

@@ -152,7 +152,7 @@ def sensitivity(
         )
     slopes, why = _exact(base.case, of, paths, states, run, warnings)
     if of != PEAK:
-        slopes, why = _of_motion(problem, base.case, of, values, summary)
+        slopes, why = _of_motion(problem, base.case, of, values, summary, warnings)
     left = [path for path in paths if path not in slopes]
     if left:
         warnings.append(f"differences of runs in place of exact derivatives{': ' + why if why else ''}")
@@ -212,6 +212,7 @@ def _exact(
         return {}, "; ".join(str(fault) for fault in error.faults)
     except FsmError as error:
         return {}, str(error)
+    warnings += peak.warnings
     slopes = dict(zip(paths, np.asarray(peak.gradient).tolist(), strict=True))
     slopes = {path: slope for path, slope in slopes.items() if np.isfinite(slope)}
     if not slopes and not peak.without:
@@ -220,16 +221,16 @@ def _exact(
 
 
 def _of_motion(
-    problem: Problem, case: Case, of: str, values: Mapping[str, float], summary: Mapping[str, Any]
+    problem: Problem, case: Case, of: str, values: Mapping[str, float], summary: Mapping[str, Any], warnings: list[str]
 ) -> tuple[dict[str, float], str]:
-    """Derivatives of a response of a motion by path, and the reason if there are none."""
+    """Derivatives of a response of a motion by path, and the reason if there are none; warnings are appended."""
     found = motion_response(of, summary)
     if found is None:
         return {}, "only the peak force, and in motions the latch time and channels except reactions, have exact derivatives"
     steps = {path: STEP_OF_MOTION * (abs(value) or 1.0) for path, value in values.items()}
     try:
         cases = [problem.case({path: values[path] + step}).case for path, step in steps.items()]
-        slopes = derivatives_of_motion(case, cases, list(steps.values()), *found)
+        slopes = derivatives_of_motion(case, cases, list(steps.values()), *found, warnings)
     except CaseError as error:
         return {}, "; ".join(str(fault) for fault in error.faults)
     except FsmError as error:

@@ -38,6 +38,15 @@ def test_latch_time_of_one_panel_against_quadrature() -> None:
         assert one.slope == pytest.approx((ends[1] - ends[0]) / (2e-4 * one.value), rel=1e-5)
 
 
+def test_a_latch_at_a_stop_warns_of_derivatives_to_one_side() -> None:
+    """The template latches at its stop; the warning names the joint, and numbers that move neither give none."""
+    case = fsm.load(WING).set(ONE)
+    assert case.sensitivity("latch_time", ["wing.mass"]).warnings == ()
+    (text,) = case.sensitivity("latch_time", ["wing.hinge.latch.at"]).warnings
+    assert "the latch of hinge 1 is at a stop" in text
+    assert "one side" in text
+
+
 def test_derivatives_through_a_stop_against_runs() -> None:
     """Rate after the impact on the stop, where the acceleration jumps, and moment of the stop."""
     case = fsm.load(WING).set({**ONE, "save.interval": "0.1 s"})

@@ -41,6 +41,12 @@ def test_derivatives_of_the_peak_of_a_strip() -> None:
     assert angle.slope == pytest.approx((peaks[1] - peaks[0]) / (2e-4 * angle.value), rel=1e-3)
 
 
+def test_unequal_steps_at_the_peak_give_a_warning() -> None:
+    """Dampers move the top of a parabola through states whose steps are unequal, as with a tight tolerance."""
+    (text,) = strip().set("solve.rtol", 1e-9).sensitivity(by=["strip.fold_angle"]).warnings
+    assert "solve.rtol" in text
+
+
 def test_derivatives_do_not_depend_on_the_step(monkeypatch: pytest.MonkeyPatch) -> None:
     """The force scales with all stiffnesses together; a smaller step of the numbers, also of those that move bodies, gives
     the same derivatives.

@@ -85,12 +85,17 @@ class SceneCompiler:
         mobility: Mapping[str, np.ndarray] | None = None,
         like: Compiled | None = None,
     ) -> None:
-        """`mobility` are the inverses of the inertia (6,) of frames, by name; `like` as in `compile_contacts`."""
+        """`mobility` are the inverses of the inertia (6,) of frames, by name. The system shares groups of equal parts with
+        that of `like`.
+        """
         self.scene, self.mobility, self.like = scene, mobility or {}, like
         self.spatial = spatial
         self.all_bodies = (Body(name=GROUND, mass=0.0, inertia=(0.0, 0.0, 0.0), held=True), *scene.bodies)
         self.index = {body.name: i for i, body in enumerate(self.all_bodies)}
-        self.pose = self._poses()
+        of_elements = () if like is None or spatial != like.system.spatial else like.system.of_elements
+        shares = like is not None and scene.bodies == like.scene.bodies and scene.elements == like.scene.elements
+        self._of_elements, self._steps = of_elements if shares else (), list[tuple[Group, GroupSteps]]()
+        self.pose = like.system.bodies.pose if like is not None and self._of_elements else self._poses()
 
     def system(self) -> SegmentSystem:
         """Create the system from all groups of interactions."""
@@ -98,7 +103,7 @@ class SceneCompiler:
 
     def switched(self, system: SegmentSystem) -> SegmentSystem:
         """System of the compiled parts; each group acts in its own steps."""
-        system.steps_of = list(self._steps)
+        system.steps_of, system.of_elements = list(self._steps), self._of_elements
         system.in_python = parts_in_python(self.scene)
         if self._steps:
             system.in_python = InPython(("joints that act in some steps are apart in the system of all steps",))
@@ -107,14 +112,8 @@ class SceneCompiler:
     def parts(self) -> tuple[Bodies, tuple[PrescribedMotion, ...], tuple[Group, ...], tuple[str, ...]]:
         """Arguments of a system with these bodies."""
         motions = tuple(self._motion(drive) for drive in self.scene.drives)
-        groups: list[Group] = []
-        self._steps: list[tuple[Group, GroupSteps]] = []
-        for steps, latch in sorted({(e.steps, e.latch) for e in self.scene.elements}, key=_order):
-            found = self._springs([e for e in self.scene.elements if (e.steps, e.latch) == (steps, latch)])
-            groups += found
-            groups += [each.locks for each in found if isinstance(each, BushingGroup) and each.locks is not None]
-            if steps is not None:
-                self._steps += [(group, GroupSteps(steps, latch)) for group in found]
+        self._of_elements = self._of_elements or tuple(self._all_springs())
+        groups = list(self._of_elements)
         if self.scene.point_elements:
             groups.append(self._point_elements())
         couplings = coupling_groups(self.scene, self.index, self.pose, self._twists)
@@ -194,6 +193,17 @@ class SceneCompiler:
         return PrescribedMotion(bodies, 0.0 * direction, program_of(drive), Axis(unit(drive.axis), np.array(point)))
 
     # force elements -------------------------------------------------------------------------------------------------
+
+    def _all_springs(self) -> list[Group]:
+        """Groups of all force elements; those of some steps are in `_steps` too."""
+        groups: list[Group] = []
+        for steps, latch in sorted({(e.steps, e.latch) for e in self.scene.elements}, key=_order):
+            found = self._springs([e for e in self.scene.elements if (e.steps, e.latch) == (steps, latch)])
+            groups += found
+            groups += [each.locks for each in found if isinstance(each, BushingGroup) and each.locks is not None]
+            if steps is not None:
+                self._steps += [(group, GroupSteps(steps, latch)) for group in found]
+        return groups
 
     def _springs(self, elements: list[ForceElement]) -> list[Group]:
         """Groups of force elements that act in the same steps."""

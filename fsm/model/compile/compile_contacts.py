@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
-from typing import Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from fsm.model.contact.contacts import ContactGroup
 from fsm.model.contact.touching import Touching
 from fsm.registry import CONTACT_LAWS, FRICTION_LAWS, GEOMETRIES
 
+if TYPE_CHECKING:
+    from fsm.model.system.system import SegmentSystem
+
 _OF_TABLES = {"law", "thickness_in_gap", "points_per_segment"}
 """Keys of `[contact]` on which tables depend."""
 _SIDES = ("surfaces", "groups", "obstacles", "pairs", "across_cuts", "frames")
@@ -28,10 +31,10 @@ _PLACES = ("position", "orientation", "held", "plate")
 
 
 class Compiled(NamedTuple):
-    """Scene and the contact groups of its system."""
+    """Scene and its system."""
 
     scene: Scene
-    contacts: tuple[ContactGroup, ...]
+    system: SegmentSystem
 
 
 def compile_contacts(
@@ -47,13 +50,13 @@ def compile_contacts(
         Poses of the scene as given.
     spatial : whether each body of the system has six degrees of freedom
     like : Compiled, optional
-        Groups of another scene. If its sides of contacts are the same, the new groups have the same tables.
+        Another scene. If its sides of contacts are the same, the new groups have the same tables.
     """
     contact = scene.contact
     if contact is None:
         return ()
     if like is not None and same_sides(scene, like.scene):
-        groups = [group.with_laws(_normal(contact), _friction(scene.friction)) for group in like.contacts]
+        groups = [group.with_laws(_normal(contact), _friction(scene.friction)) for group in like.system.contacts]
         shared = tuple(group for group in groups if group is not None)
         if len(shared) == len(groups):
             return shared
@@ -78,7 +81,7 @@ def same_sides(one: Scene, other: Scene) -> bool:
         return False
     if (one.groups or any(pair.geometry for pair in one.pairs)) and one.elements != other.elements:
         return False
-    return all(
+    return one.bodies is other.bodies or all(
         getattr(first, name) == getattr(second, name)
         for first, second in zip(one.bodies, other.bodies, strict=True)
         for name in _PLACES

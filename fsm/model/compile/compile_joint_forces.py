@@ -22,12 +22,14 @@ from fsm.case.models.joint_action import (
 )
 from fsm.case.models.joint_motor import Motor
 from fsm.case.models.materials import Crease, LinearCrease
+from fsm.case.models.scene import Scene
 from fsm.case.models.spring import ONLY, SceneCord, SceneSpring
 from fsm.interactions.openings import ALONG, CONSTANTS, LENGTH
 from fsm.kernels.programs import Program
 from fsm.kernels.rotation import rotation_matrix
 from fsm.laws.crease import MomentCurve
 from fsm.model.bodies.drive import time_function
+from fsm.model.compile.compile_contacts import Compiled
 from fsm.model.compile.compile_joints import coordinate_of, in_bodies, padded
 from fsm.model.elements import joint_laws as column
 from fsm.model.elements.cords import CordGroup
@@ -40,6 +42,10 @@ _PRESLIDING = {True: 1e-3, False: 1e-5}
 """Deflection of sliding bristles, rad or m."""
 _BRISTLE_TIME = 0.01
 """Time of this deflection at the rate below which bristles damp, s."""
+_LAWS = ("spring", "damper", "friction", "stop", "latch", "harness", "motor")
+"""Fields of a joint that give its laws."""
+_BESIDE_LAWS = ("kinds", "lines", "first", "rows", "start", "programs")
+"""Arrays of a group besides its laws."""
 _GOVERNS = 0.01
 """Part of the largest commanded rate of a limited motor over which its governor lets through less than the whole torque."""
 
@@ -172,6 +178,31 @@ def joint_forces(
         np.zeros(1) if locked is None else locked.felt, np.array([row.felt for row in rows], dtype=np.int64),
         bool(changed),
     )  # fmt: skip
+
+
+def laws_of_joints(scene: Scene, like: Compiled) -> np.ndarray | None:
+    """Laws of joints (m, `COLUMNS`) of a scene that differs from another one in nothing else; else None."""
+    system, own = like.system, like.scene
+    group = next((group for group in system.groups if isinstance(group, JointForceGroup)), None)
+    others = [name for name in Scene.model_fields if name != "joints"]
+    if group is None or any(getattr(scene, name) != getattr(own, name) for name in others):
+        return None
+    if len(scene.joints) != len(own.joints) or any(
+        joint.model_copy(update={name: getattr(of_own, name) for name in _LAWS}) != of_own
+        for joint, of_own in zip(scene.joints, own.joints, strict=True)
+    ):
+        return None
+    index = {name: number for number, name in enumerate(system.bodies.names)}
+    ends, of_springs = (
+        np.array([[index[one.first], index[one.second]] for one in each], dtype=np.int64).reshape(-1, 2)
+        for each in (scene.joints, scene.springs)
+    )
+    locked = next((group for group in system.groups if isinstance(group, JointGroup)), None)
+    found = joint_forces(scene.joints, ends, scene.springs, of_springs, system.bodies.pose, locked)
+    if found is None or (found.names, found.functions) != (group.names, group.functions):
+        return None
+    pairs = [(getattr(found, name), getattr(group, name)) for name in _BESIDE_LAWS]
+    return found.laws if all(np.array_equal(*pair) for pair in pairs) else None
 
 
 def cord_groups(cords: Sequence[SceneCord], index: Mapping[str, int], poses: np.ndarray) -> list[CordGroup]:

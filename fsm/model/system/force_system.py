@@ -93,6 +93,7 @@ class SegmentForces(Configuration):
         self._driven_pattern: BodyPattern | None = None
         self._driven_key: tuple[int, ...] = ()
         self.steps_of: list[tuple[Group, GroupSteps]] = []
+        self.of_elements: tuple[Group, ...] = ()
         self.latched: dict[str, np.ndarray] = {}
         self.in_python = of_compiler()
         self.spread = float(np.ptp(bodies.pose[:, : 3 if self.spatial else 2], axis=0).max())

@@ -149,6 +149,7 @@ class AcceptedStep:
     events : events so far
     state : dict of arrays, or None
         Restart data, at a restart point (`fsm.solve.outcome.restart_points`).
+    passed : times (s) and configurations at the ends of the steps before this one, with `each_step`
     """
 
     time: float
@@ -157,6 +158,7 @@ class AcceptedStep:
     steps: int
     events: tuple[Event, ...] = ()
     state: State | None = None
+    passed: tuple[tuple[float, np.ndarray], ...] = ()
 
 
 class Watch(Protocol):
@@ -187,7 +189,8 @@ class OutputRequest:
         Whether `on_save` receives several states of a path at once, which `fsm.solve.interface.records.row_of` separates.
     on_step : called after some steps
     each_step : bool
-        Whether `on_step` is called after every step; if not, it is called after several steps of a kernel.
+        Whether `on_step` receives the ends of all steps, of which few are taken in one kernel; if not, it receives the last
+        one of many.
     watch : events of the run
     """
 

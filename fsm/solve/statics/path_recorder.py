@@ -63,6 +63,7 @@ class PathRecorder:
         self._saved = -np.inf
         self._before: PreviousState | None = None
         self._pivots: int | None = None
+        self._passed: tuple[tuple[float, np.ndarray], ...] = ()
         # the recorder treats times that differ by less than this as equal
         self._nothing = 1e-12 * max(save_times, default=0.0)
         if after is not None:
@@ -137,6 +138,8 @@ class PathRecorder:
         self.energy_balance.pair_energy = energies_of_pairs[-1]
         self.time, self.q, self.u, self.last = float(times[-1]), last, own[2][-1], row_of(own[3], -1)
         self._before = float(before[0][-1]), before[1][-1]
+        if self.request.each_step:
+            self._passed = tuple(zip(rows[:-1, AT].tolist(), states[:-1].copy(), strict=True))
         self.largest_reaction = float(path.numbers[REACTION])
         path.pair_energy[:] = 0.0
 
@@ -229,7 +232,8 @@ class PathRecorder:
 
     def finish_step(self, state: State | None = None) -> AcceptedStep:
         """Report the end of a step; `state` is the restart data at a restart point."""
-        end = AcceptedStep(self.time, self.q, self.u, self.statistics.steps, tuple(self.statistics.events), state)
+        events, passed, self._passed = tuple(self.statistics.events), self._passed, ()
+        end = AcceptedStep(self.time, self.q, self.u, self.statistics.steps, events, state, passed)
         if self.request.on_step is not None:
             self.request.on_step(end)
         return end

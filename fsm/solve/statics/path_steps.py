@@ -38,6 +38,8 @@ _SMALLEST = 1e-6
 """Smallest step relative to the duration; if it fails, the point is critical."""
 _RESOLVED = 1e-12
 """Smallest step relative to the present time: resolution of times."""
+_FEW = 8
+"""Largest number of steps in one kernel if all are reported, so that a state is soon found again from the last memory."""
 _PATTERNS = 20
 """Largest number of repetitions of a step because bodies came near each other whose block the pattern lacks."""
 
@@ -160,8 +162,8 @@ class PathSteps:
         arrays = None
         if self.path.counts[stepping.KNOWN] > 1:
             arrays = self.system.static_arrays(self.newton.solver.ready)
-        single = self.recorder.request.each_step or self.lost is not None
-        if arrays is not None and self._march_arrays(arrays, 1 if single else max(1, left)):
+        most = 1 if self.lost is not None else min(left, _FEW) if self.recorder.request.each_step else left
+        if arrays is not None and self._march_arrays(arrays, max(1, most)):
             return None
         return self._in_python(follow, self._stops())
 
