@@ -91,6 +91,7 @@ class Pointer:
     address: int
     _keeps: Any  # the pointer refers to the machine code and to the types
     _entries: dict[Any, Any]
+    _beside: dict[tuple[int, ...], Pointer]
 
     def __new__(cls, function: Any, *arguments: Any) -> Pointer:
         """Find or compile the kernel."""
@@ -108,7 +109,17 @@ class Pointer:
             found = cls._made[key] = super().__new__(cls)
             found._numba_type_ = _Address(result.signature)
             found.address = int(result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name))
-            found._keeps, found._entries = (result, kinds), {}
+            found._keeps, found._entries, found._beside = (result, kinds), {}, {}
+        return found
+
+    def beside(self, others: Sequence[Any]) -> Pointer:
+        """Pointer to this kernel, one object for the same types of pointers beside it: their results may be constants."""
+        key = (*(id(other._numba_type_) for other in others),)
+        found = self._beside.get(key)
+        if found is None:
+            found = self._beside[key] = object.__new__(Pointer)
+            found._numba_type_, found.address = self._numba_type_, self.address
+            found._keeps, found._entries, found._beside = (self, [*others]), {}, {}
         return found
 
     @classmethod
@@ -195,7 +206,8 @@ def pointers(kernels: T, arguments: T) -> T:
     if numba.config.DISABLE_JIT:
         return kernels
     each: Any = zip(kernels, arguments, strict=True)  # type: ignore[call-overload]
-    return type(kernels)(*pointers_to([(one, *of) for one, of in each]))
+    first, *others = pointers_to([(one, *of) for one, of in each])
+    return type(kernels)(*[first.beside(others), *others])
 
 
 def pointers_to(wanted: Sequence[tuple[Any, ...]]) -> list[Any]:

@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numba
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -22,6 +23,7 @@ from fsm.model.plan.in_python import InPython
 from fsm.model.plan.joint_state import JointsAtStart
 from fsm.model.plan.motion_method import MotionMethod
 from fsm.model.plan.plan import plan_of
+from fsm.solve.equations.linear import LinearSolver
 from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
@@ -349,3 +351,18 @@ def test_contact_is_not_for_explicit_steps() -> None:
     }  # fmt: skip
     with pytest.raises(CaseError, match='"explicit" is for bodies, joints and springs; the scene has contact'):
         fsm.load(case).run()
+
+
+@pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="without the compiler there are no types")
+def test_kernels_of_bodies_without_joints_do_not_serve_joints() -> None:
+    """Without joints, kernels of minimal coordinates return constants; a march compiled with them has no other results."""
+    body = {"name": "top", "mass": 2.0, "inertia": [0.1, 0.2, 0.3], "position": [0.0, -0.3, 0.4]}
+    foot = {"name": "foot", "kind": "spherical", "first": "ground", "second": "top", "at": [0, 0, 0]}
+    case = {"units": "SI", "gravity": [0.0, 0.0, -_G], "solve": {"end_time": 1.0, "method": "explicit"}}
+    models = []
+    for joints in ([], [foot]):
+        _, system = compile_case(fsm.load(case | {"scene": {"bodies": [body], "joints": joints}}).model)
+        models.append(system.arrays(LinearSolver().ready))
+    free, held = (model.calls[0] for model in models)
+    assert free is not held
+    assert numba.typeof(models[0]) is not numba.typeof(models[1])

@@ -128,7 +128,7 @@ def test_several_right_sides_are_refined_as_one_is(monkeypatch: pytest.MonkeyPat
     solver.factorise(matrix)
     assert solver._supernodes is not None
     solver._front_factors *= 1.0 + 1e-6
-    monkeypatch.setattr(linear, "REFINE_ABOVE", 1e-9)
+    monkeypatch.setattr(fsm.kernels.block_lu, "REFINE_ABOVE", 1e-9)
     rights = np.random.default_rng(4).normal(size=(3, matrix.order))
     found = solver._solve_all(rights)
     exact = np.linalg.solve(matrix.bsr().toarray(), rights.T)
