@@ -1,8 +1,6 @@
 """Energy balance of a solve: stored energy + dissipated energy + numerical dissipation - work = const.
 
-Energy dissipated in a step of a time integrator, from the states at its ends.
-
-Work of loads between two equilibria.
+Also the energy that is dissipated in a step of a time integrator, and the work of loads between two equilibria, from two states.
 """
 
 from __future__ import annotations

@@ -7,11 +7,7 @@ positions and have separate slopes; c is the mean of their slopes along the crea
 * triangles (i, j, k) and (l, k, j) of points: a = x_j - x_i, b = x_l - x_j, c = x_k - x_j.
 
 The fold angle is the rotation about c from a to b, as in `fsm.model.nodes.facets.fold_angle`: zero if flat, positive for a
-valley. `fsm.model.nodes.facets.folds` defines the moments.
-
-Laws of folds: moment of a fold as a function of its angle, with the memory of the path.
-
-The moment of fold i at the angle psi is
+valley. The moment of fold i at the angle psi, with the memory of the path, is
 
     M = s M_c(psi) + k_r (tan(c d)/c - d) + M_n - k d_r(t) + s_d psi',    d = |psi| - p > 0,   c = pi/(2 (pi - p))
 
