@@ -1,6 +1,6 @@
 """Energy balance of a solve: stored energy + dissipated energy + numerical dissipation - work = const.
 
-Also the energy that is dissipated in a step of a time integrator, and the work of loads between two equilibria, from two states.
+Also energy dissipated in a step of a time integrator, and work of loads between two equilibria, from two states.
 """
 
 from __future__ import annotations
