@@ -306,7 +306,7 @@ CHANNELS = (
 JOINED = (
     Mutant(
         "frames whose maps do not turn in accelerations",
-        "fsm/model/joined/array_locked.py",
+        "fsm/model/system/array_locked.py",
         "rates[f.bodies[i], k] += turns[j, k, c] * now[3 * rows[j] + c]",
         "rates[f.bodies[i], k] += 0.0 * turns[j, k, c] * now[3 * rows[j] + c]",
         unit_test("joined_joints", "test_projected_states_open_no_joint"),

@@ -21,7 +21,6 @@ from fsm.kernels.records import replaced
 from fsm.kernels.scatter import multiply_block_diagonal
 from fsm.model.bodies import arrays as at
 from fsm.model.bodies.arrays import Loads, Segments, driven_of, loads_of, pattern_of, springs_of
-from fsm.model.bodies.contact_arrays import keep_loaded
 from fsm.solve.stepping.model import CREASES, DRIVES, INERTIAL, KINETIC, PANELS, STEADY
 from fsm.solve.stepping.vectors import copy_into
 
@@ -83,14 +82,6 @@ def sum_forces(model: Segments, t: float, per_second: float) -> None:
         model.by_contacts.force(table, model.groups, model.contact_laws, t, per_second > 0.0)
     if poses.shape[1] == 7:
         add_gyroscopic(rates, floats_2d(table, at.INERTIA), total)
-
-
-@kernel
-def force(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """See `fsm.solve.stepping.model`."""
-    place(model.table, t, q, u)
-    sum_forces(model, t, 0.0)
-    return gather_free(integers_1d(model.table, at.FREE), floats_2d(model.table, at.FORCE))
 
 
 @kernel
@@ -162,15 +153,6 @@ def add_tangents_by_deformations(model: Segments, t: float, per_second: float, e
 
 
 @kernel
-def renewed_force(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """See `fsm.solve.stepping.model`."""
-    place(model.table, t, q, u)
-    sum_tangents(model, t, 0.0, springs_of(model.table).last[:0], q[:0], False)
-    keep_loaded(model.groups)
-    return gather_free(integers_1d(model.table, at.FREE), floats_2d(model.table, at.FORCE))
-
-
-@kernel
 def energies(
     model: Segments, t: float, q: np.ndarray, u: np.ndarray, step: float, record: np.ndarray
 ) -> tuple[float, float, float, float, float]:
@@ -219,19 +201,10 @@ def present_energies(
 
 
 @kernel
-def powers(
-    model: Segments, t: float, q: np.ndarray, u: np.ndarray, of_pairs: np.ndarray, drive_force: np.ndarray
-) -> tuple[float, float]:
-    """See `fsm.solve.stepping.model`."""
-    place(model.table, t, q, u)
-    return present_powers(model, t, of_pairs, drive_force)
-
-
-@kernel
 def present_powers(
     model: Segments, t: float, of_pairs: np.ndarray, drive_force: np.ndarray
 ) -> tuple[float, float]:
-    """Powers at the present poses and rates, as `powers`."""
+    """See `powers` of `fsm.solve.stepping.model`, at the present poses and rates."""
     table = model.table
     poses, rates, s = floats_2d(table, at.POSES), floats_2d(table, at.RATES), springs_of(table)
     _, lost = model.by_springs.stored(

@@ -1,4 +1,4 @@
-"""Kernels of a compiled model that quasi-static paths call; see `fsm.solve.stepping.path`."""
+"""Kernels of bodies for quasi-static paths; see `fsm.model.system.array_path`."""
 
 from __future__ import annotations
 
@@ -6,63 +6,20 @@ import numpy as np
 
 from fsm.interactions.applied import applied_power
 from fsm.interactions.driven import driven_power, fill_reactions, place_driven
-from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d
-from fsm.kernels.body_poses import gather_free, pose_difference, scatter_free
+from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d
+from fsm.kernels.body_poses import pose_difference, scatter_free
 from fsm.kernels.jit import kernel
 from fsm.kernels.newton_euler import largest_force, largest_moment, support_reactions
-from fsm.kernels.pieces import program_at
 from fsm.kernels.pointers import call_at
-from fsm.kernels.records import replaced
 from fsm.model.bodies import arrays as at
-from fsm.model.bodies.array_forces import factors_of, part_before_event, place, sum_forces, sum_tangents
-from fsm.model.bodies.array_locked import largest_multiplier, lock, swap_multipliers
-from fsm.model.bodies.array_pivots import negative_of_last, negative_of_symmetric
-from fsm.model.bodies.array_statics import STATICS, per_second_of, place_mean, take_up
-from fsm.model.bodies.arrays import Segments, driven_of, loads_of, pattern_of, springs_of
-from fsm.model.bodies.contact_arrays import BRISTLE, contacts_at, lack_pairs
+from fsm.model.bodies.array_forces import factors_of, place
+from fsm.model.bodies.array_locked import largest_multiplier, swap_multipliers
+from fsm.model.bodies.array_statics import per_second_of, place_mean
+from fsm.model.bodies.arrays import Segments, driven_of, loads_of, springs_of
+from fsm.model.bodies.contact_arrays import BRISTLE, contacts_at
 from fsm.solve.stepping import path_state as path
 from fsm.solve.stepping.path_state import DRIVES
-from fsm.solve.stepping.quasi_static import BEGIN, StaticCalls
 from fsm.solve.stepping.vectors import copy_into, subtracted
-
-
-@kernel
-def progress(model: Segments, t: float) -> float:
-    """See `StaticCalls`."""
-    table, value = model.table, t
-    pace = floats_1d(table, at.INTERVAL)[4]
-    if pace > 0.0:
-        value = program_at(driven_of(table).programs, 0, t)[0] + pace * t
-    return value
-
-
-@kernel
-def _difference(model: Segments, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    if floats_2d(model.table, at.POSES).shape[1] == 7:
-        return pose_difference(start, end)
-    return subtracted(end, start)
-
-
-@kernel
-def _lacks(model: Segments) -> bool:
-    return lack_pairs(model.groups)
-
-
-@kernel
-def efforts(model: Segments, out: np.ndarray) -> None:
-    """See `StaticCalls`."""
-    copy_into(springs_of(model.table).efforts, out)
-
-
-@kernel
-def _begin(
-    model: Segments, t: float, before: float, q: np.ndarray, start: np.ndarray, rate_dependent: bool, most: float
-) -> None:
-    begin_bodies(model.table, t, before, q, start, rate_dependent)
-    lock(model, 0.0)
-    take_up(model, BEGIN)
-    if model.groups.shape[0] > 0:
-        model.by_contacts.press(model.groups, most)
 
 
 @kernel
@@ -99,28 +56,6 @@ def place_end(table: np.ndarray, q: np.ndarray) -> None:
         for i in range(mean.shape[0]):
             mean[i] /= interval[2]
         scatter_free(integers_1d(table, at.FREE), mean, q.shape[0] < 0, rates)
-
-
-@kernel
-def _end_of_step(
-    model: Segments, q: np.ndarray, trial: np.ndarray, accurate: float, at_rest: bool, record: np.ndarray
-) -> None:
-    table, record[:] = model.table, 0.0
-    place_end(table, q)
-    if has_passed(model):
-        record[path.PASSED] = 1.0
-        return
-    t, per_second = floats_1d(table, at.INTERVAL)[0], per_second_of(table)
-    sum_forces(model, t, per_second)
-    write_record(model, t, per_second, integers_1d(table, at.FREE), record)
-    part = part_before_event(model, t, floats_1d(table, at.INTERVAL)[2])
-    record[path.PART] = part if part <= 1.0 else 0.0
-    p, factors = pattern_of(table), floats_3d(table, at.FACTORS)
-    record[path.NEGATIVE] = negative_of_last(
-        model.equations, p, floats_3d(table, at.MATRIX), factors, model.flags, trial, accurate
-    )  # fmt: skip
-    if at_rest:
-        record[path.NEGATIVE_AT_REST] = _negative_at_rest(model, trial, accurate)
 
 
 @kernel
@@ -221,15 +156,6 @@ def _power_of_loads(table: np.ndarray, t: float) -> float:
 
 
 @kernel
-def _power_before(model: Segments, t: float, q: np.ndarray) -> float:
-    table = model.table
-    poses = floats_2d(table, at.POSES)
-    scatter_free(integers_1d(table, at.FREE), q, not q.shape[0] < 0 and poses.shape[1] == 7, poses)
-    place_driven(driven_of(table), t, t, poses, np.empty(floats_2d(table, at.RATES).shape))
-    return power_of_present(model, t)
-
-
-@kernel
 def power_of_present(model: Segments, t: float) -> float:
     """Power of loads and actuators at the present poses and rates, W."""
     table, of_elements = model.table, floats_1d(model.table, at.STORED)
@@ -240,20 +166,6 @@ def power_of_present(model: Segments, t: float) -> float:
         call_at(model.elements[k, at.LOST_BY], table, model.element_tables[k], t, to_end)  # actuators write their power
     swap_multipliers(model)
     return _power_of_loads(table, t) + of_elements[2]
-
-
-@kernel
-def _balance_at_rest(model: Segments, t: float, q: np.ndarray, force: np.ndarray, drives: np.ndarray) -> None:
-    rest(model.at_rest, t, q)
-    table, before = model.at_rest, t != floats_1d(model.table, at.INTERVAL)[0]
-    if before:
-        swap_multipliers(model)
-    sum_forces(replaced(model, "table", model.at_rest), t, 0.0)
-    if before:
-        swap_multipliers(model)
-    wrenches = floats_2d(table, at.FORCE)
-    copy_into(gather_free(integers_1d(table, at.FREE), wrenches), force)
-    write_drives(table, t, drives)
 
 
 @kernel
@@ -273,27 +185,7 @@ def rest(table: np.ndarray, t: float, q: np.ndarray) -> None:
     rates[:] = 0.0
 
 
-# stability --------------------------------------------------------------------------------------------------------------
-
-
-@kernel
-def _negative_at_rest(model: Segments, trial: np.ndarray, accurate: float) -> float:
-    """Number of negative pivots of the symmetric part of the stiffness at rest, or `UNKNOWN`."""
-    table, t = model.at_rest, floats_1d(model.table, at.INTERVAL)[0]
-    sum_tangents(replaced(model, "table", table), t, 0.0, springs_of(table).last[:0], floats_1d(table, at.LAST_Q)[:0], False)
-    return negative_of_symmetric(
-        model.equations, pattern_of(table), floats_3d(table, at.STIFFNESS), floats_3d(table, at.MATRIX),
-        floats_3d(table, at.FACTORS), trial, accurate, model.flags,
-    )  # fmt: skip
-
-
 # memory -----------------------------------------------------------------------------------------------------------------
-
-
-@kernel
-def _accept(model: Segments, q: np.ndarray) -> None:
-    place_end(model.table, q)
-    accept_present(model)
 
 
 @kernel
@@ -311,15 +203,6 @@ def accept_present(model: Segments) -> None:
 
 
 @kernel
-def _contact_force(model: Segments, t: float, q: np.ndarray) -> float:
-    if model.groups.shape[0] == 0:
-        return 0.0
-    table = model.at_rest
-    rest(table, t, q)
-    return largest_contact_force(model, t)
-
-
-@kernel
 def largest_contact_force(model: Segments, t: float) -> float:
     """Largest component of the forces of contacts at the present poses, at rest, N."""
     table = model.at_rest
@@ -328,19 +211,3 @@ def largest_contact_force(model: Segments, t: float) -> float:
     model.by_contacts.force(table, model.groups, model.contact_laws, t, False)
     largest: float = largest_force(force)
     return largest
-
-
-PATH = StaticCalls(
-    *STATICS[:10],
-    _begin,
-    _lacks,
-    efforts,
-    _end_of_step,
-    _accept,
-    progress,
-    _difference,
-    _contact_force,
-    _balance_at_rest,
-    _power_before,
-)
-"""Kernels of `Segments` that quasi-static steps and paths call."""

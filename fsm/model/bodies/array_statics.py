@@ -1,23 +1,17 @@
-"""Kernels of a compiled model that quasi-static steps call; see `fsm.model.bodies.arrays` and
-`fsm.solve.stepping.quasi_static`.
-"""
+"""Kernels of bodies for quasi-static steps; see `fsm.model.system.array_statics`."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d
-from fsm.kernels.block_equations import FAILED, Pattern, set_factors, solution
-from fsm.kernels.body_poses import gather_free, pose_difference, scatter_free
+from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d
+from fsm.kernels.block_equations import Pattern
+from fsm.kernels.body_poses import pose_difference, scatter_free
 from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import call_at
 from fsm.kernels.small_blocks import is_zero
 from fsm.model.bodies import arrays as at
-from fsm.model.bodies.array_forces import retract, sum_forces, sum_tangents
-from fsm.model.bodies.array_locked import do_locked
-from fsm.model.bodies.arrays import Segments, pattern_of, springs_of
-from fsm.model.bodies.contact_arrays import lack_pairs, restore_depths
-from fsm.solve.stepping.quasi_static import StaticCalls
+from fsm.model.bodies.arrays import Segments, springs_of
 from fsm.solve.stepping.vectors import copy_into, subtracted
 
 
@@ -46,45 +40,12 @@ def place_mean(table: np.ndarray, q: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def _force(model: Segments, q: np.ndarray) -> np.ndarray:
-    table = model.table
-    place_mean(table, q)
-    sum_forces(model, floats_1d(table, at.INTERVAL)[0], per_second_of(table))
-    return gather_free(integers_1d(table, at.FREE), floats_2d(table, at.FORCE))
-
-
-@kernel
-def _linearised_force(model: Segments, q: np.ndarray, mixed: bool) -> np.ndarray:
-    table = model.table
-    since, efforts = place_mean(table, q), springs_of(table).efforts
-    own = efforts if mixed else efforts[:0]
-    sum_tangents(model, floats_1d(table, at.INTERVAL)[0], per_second_of(table), own, since, mixed)
-    return gather_free(integers_1d(table, at.FREE), floats_2d(table, at.FORCE))
-
-
-@kernel
 def add_damping(damping: np.ndarray, per_second: float, matrix: np.ndarray) -> None:
     """Add D/dt to block data."""
     if per_second > 0.0:
         flat, values = matrix.reshape(-1), damping.reshape(-1)
         for i in range(flat.shape[0]):
             flat[i] += per_second * values[i]
-
-
-@kernel
-def _factorise(model: Segments) -> bool:
-    table = model.table
-    if lack_pairs(model.groups):
-        return False
-    matrix, per_second = floats_3d(table, at.MATRIX), per_second_of(table)
-    copy_into(floats_3d(table, at.STIFFNESS), matrix)
-    add_damping(floats_3d(table, at.DAMPING), per_second, matrix)
-    return set_factors(model.equations, pattern_of(table), matrix, floats_3d(table, at.FACTORS), model.flags, True)
-
-
-@kernel
-def _largest_force(model: Segments, span: np.ndarray, force_scale: np.ndarray) -> float:
-    return largest_force_along(floats_3d(model.table, at.MATRIX), pattern_of(model.table), span, force_scale)
 
 
 @kernel
@@ -106,29 +67,6 @@ def largest_force_along(matrix: np.ndarray, pattern: Pattern, span: np.ndarray, 
 
 
 @kernel
-def _solve(model: Segments, right: np.ndarray) -> np.ndarray:
-    table, flags = model.table, model.flags
-    matrix, factors = floats_3d(table, at.MATRIX), floats_3d(table, at.FACTORS)
-    flags[FAILED] = 0
-    x = solution(model.equations, pattern_of(table), matrix, factors, flags, right)
-    if flags[FAILED] == 1:
-        x[:] = np.nan
-    return x
-
-
-@kernel
-def _advance(model: Segments, q: np.ndarray, dx: np.ndarray, cut: bool) -> None:
-    table = model.table
-    if cut:
-        restore_depths(model.groups)
-    free, poses, change = integers_1d(table, at.FREE), floats_2d(table, at.POSES), np.zeros(floats_2d(table, at.RATES).shape)
-    no = q.shape[0] < 0
-    scatter_free(free, q, not no and poses.shape[1] == 7, poses)
-    scatter_free(free, dx, no, change)
-    advance_by(model, change, cut)
-
-
-@kernel
 def advance_by(model: Segments, change: np.ndarray, cut: bool) -> None:
     """Advance efforts and depths by increments (n_bodies, 3 or 6) from the present poses; see `StaticCalls.advance`."""
     table = model.table
@@ -140,34 +78,9 @@ def advance_by(model: Segments, change: np.ndarray, cut: bool) -> None:
 
 
 @kernel
-def _multiply(model: Segments, dx: np.ndarray, part: float, again: bool) -> None:
-    _do_at_rest(model, dx, at.AGAIN if again else at.STEP, part)
-
-
-@kernel
-def _work_of_locks(model: Segments, dx: np.ndarray) -> float:
-    return _do_at_rest(model, dx, at.WORK, 1.0)
-
-
-@kernel
-def _do_at_rest(model: Segments, dx: np.ndarray, task: float, part: float) -> float:
-    if model.elements.shape[0] == 0:
-        return 0.0
-    found = do_locked(model, model.at_rest, dx, task, part)
-    floats_2d(model.at_rest, at.RATES)[:] = 0.0
-    return found
-
-
-@kernel
 def take_up(model: Segments, task: int) -> float:
     """See `StaticCalls`."""
     found = 0.0
     for k in range(model.elements.shape[0]):
         found += call_at(model.elements[k, at.TAKE_UP_BY], model.table, model.element_tables[k], 0.0, float(task))
     return found
-
-
-STATICS = StaticCalls(
-    _force, _linearised_force, _factorise, _largest_force, _solve, retract, _advance, _multiply, _work_of_locks, take_up
-)
-"""Kernels of `Segments` that quasi-static steps call."""

@@ -24,7 +24,6 @@ from fsm.model.faults.check_scene import check_scene
 from fsm.model.joined.chamber_surfaces import Surface
 from fsm.model.joined.chambers import Chambers, OrificeArea
 from fsm.model.joined.configuration import DrawnLines, Nodes
-from fsm.model.joined.frames import FramePoint, Frames, frame_maps
 from fsm.model.joined.panel_gas import PanelGas
 from fsm.model.joined.system import JoinedSystem
 from fsm.model.nodes.facets.folds import BETWEEN_POINTS, FoldGroup
@@ -36,6 +35,7 @@ from fsm.model.nodes.shape import cable_shape, gauss, membrane_shape
 from fsm.model.nodes.system.build import BeamMaterial, CableMaterial, FilmGrid, MeshBuilder
 from fsm.model.nodes.system.system import AncfSystem
 from fsm.model.nodes.truss import BarGroup
+from fsm.model.system.frames import FramePoint, Frames, frame_maps
 from fsm.model.system.system import SegmentSystem
 
 _ON_EDGE = 3

@@ -14,12 +14,12 @@ from fsm.kernels.blocks import Elimination
 from fsm.model.bodies.arrays import Arrays, flat_arrays
 from fsm.model.bodies.group import BodyPattern
 from fsm.model.elements.element_group import ElementArrays
-from fsm.model.joined.arrays import FrameArrays, Joined, JoinedArrays
-from fsm.model.joined.condense import JoinedPattern
 from fsm.model.joined.configuration import JoinedConfiguration
 from fsm.model.nodes.arrays import FACTORS, MATRIX
 from fsm.model.nodes.system.arrays_of import Matrices, coordinates_of
+from fsm.model.system.arrays import FrameArrays, Joined, JoinedArrays
 from fsm.model.system.arrays_of import ContactModel, segments_of
+from fsm.model.system.condense import JoinedPattern
 
 
 class JoinedModel(NamedTuple):
@@ -55,7 +55,7 @@ def joined_of(
     matrix : JoinedMatrix
     fixed : (n_rows, 3) array
         Held coordinates.
-    members : of free bodies and frames (`fsm.model.joined.condense.members_of`), and their maps
+    members : of free bodies and frames (`fsm.model.system.condense.members_of`), and their maps
     near : quaternions of the frames
     known, factors : symbolic factorisation of the joined pattern, and data of the factors
     contacts : ContactModel
@@ -85,5 +85,5 @@ def joined_of(
     plain = nodes.equations._replace(low_rank=NO_LOW_RANK)
     projection = nodes._replace(table=nodes.table.copy(), flags=np.zeros(3, dtype=np.int64), equations=plain)
     projection.table[[MATRIX, FACTORS]] = address_table(own)
-    model = Joined(bodies, nodes, address_table(flat), nodes.flags, projection)
+    model = Joined(bodies, nodes, address_table(flat), nodes.flags, nodes.equations, projection)
     return JoinedModel(model, of_bodies, of_elements, [*held, *flat, *own])

@@ -21,11 +21,11 @@ from fsm.model.bodies.configuration import Bodies
 from fsm.model.bodies.drive import PrescribedMotion
 from fsm.model.bodies.group import Group
 from fsm.model.joined.chambers import Chambers
-from fsm.model.joined.condense import members_of
-from fsm.model.joined.frames import Frames, frame_maps, place_frames
 from fsm.model.nodes.facets.facet_group import FacetGroup
 from fsm.model.nodes.facets.pressure import PressedFaces
 from fsm.model.nodes.system.system import AncfSystem
+from fsm.model.system.condense import members_of
+from fsm.model.system.frames import Frames, frame_maps, place_frames
 from fsm.model.system.system import SegmentSystem
 from fsm.solve.interface.records import PreviousState
 from fsm.solve.interface.scales import Scales

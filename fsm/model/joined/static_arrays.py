@@ -12,8 +12,8 @@ from fsm.kernels.blocks import BlockPattern
 from fsm.model.bodies.arrays import Arrays
 from fsm.model.bodies.group import BodyPattern
 from fsm.model.elements.element_group import ElementArrays
-from fsm.model.joined.array_path import PATH
 from fsm.model.nodes.arrays import FACTORS, KINDS_OF_ENERGY, MATRIX
+from fsm.model.system.array_path import PATH
 from fsm.model.system.static_arrays import StaticSegments
 from fsm.solve.interface.records import PreviousState, Ready
 from fsm.solve.stepping.path_state import BARS

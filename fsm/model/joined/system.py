@@ -2,7 +2,7 @@
 
 A frame is a body without degrees of freedom that a material point of an element carries. Springs, creases, contacts and
 loads act on it as on any body. The body's wrenches and tangents go to the nodal vectors of the element
-(`fsm.model.joined.frames`).
+(`fsm.model.system.frames`).
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from fsm.kernels.minimum_degree import few_by_minimum_degree
 from fsm.model.bodies.configuration import Bodies
 from fsm.model.bodies.drive import PrescribedMotion, time_function
 from fsm.model.bodies.group import BlockSums, BodyPattern, Group
-from fsm.model.joined.condense import JoinedPattern, add_condensed, add_curvatures, fold_forces, joined_pattern
 from fsm.model.joined.configuration import JoinedConfiguration, Nodes
 from fsm.model.nodes.assembly import slots_of
 from fsm.model.nodes.facets.facet_group import FacetGroup
 from fsm.model.nodes.facets.pressure import PressedFaces, PressureGroup
 from fsm.model.nodes.group import ElementGroup, mass_data, set_held
+from fsm.model.system.condense import JoinedPattern, add_condensed, add_curvatures, fold_forces, joined_pattern
 from fsm.solve.interface.records import Energy, Linearised, LockedSprings, Observation, PreviousState, Ready
 from fsm.solve.stepping.model import ArrayModel
 from fsm.text.load_names import PRESSURE
@@ -131,13 +131,13 @@ class JoinedSystem(JoinedConfiguration):
         """See `System`."""
         if not self.locking:
             return False
-        from fsm.model.joined.array_locked import close_openings, find_multipliers
+        from fsm.model.system.array_locked import close_openings, find_multipliers
 
         found = self._locked_model
-        close_openings(found.model, t, q, u)
+        close_openings(found.model, t, q, u, False)
         found.bodies[0].force[:] = self._all_forces(self.state(t, q, u))
         on_nodes = self._generalised(t, q, u, None, np.zeros(self.at_rest.shape))[self._nu :]
-        return bool(find_multipliers(found.model, t, rate, on_nodes))
+        return bool(find_multipliers(found.model, t, rate, on_nodes, False))
 
     @cached_property
     def _locked_model(self) -> JoinedModel:
@@ -399,7 +399,7 @@ class JoinedSystem(JoinedConfiguration):
     def _arrays_of(
         self, pattern: BodyPattern, ready: Ready, contacts: ContactModel
     ) -> tuple[ArrayModel, tuple[object, ...]]:
-        from fsm.model.joined.array_kernels import KERNELS
+        from fsm.model.system.array_kernels import KERNELS
 
         self._array_near = self._near.copy()
         model, *arrays = self._model_of(pattern, self._array_near, ready, contacts, False)

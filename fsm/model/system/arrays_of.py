@@ -19,7 +19,6 @@ from fsm.kernels.minimum_degree import few_by_minimum_degree
 from fsm.kernels.pointers import AbsentPointer, Example, Pointer, pointers_to
 from fsm.kernels.programs import table_of
 from fsm.laws.friction import FrictionLaw
-from fsm.model.bodies.array_kernels import KERNELS, WITHOUT_TREE
 from fsm.model.bodies.arrays import GAS, Arrays, Loads, Segments, SpringKernels, Springs
 from fsm.model.bodies.contact_arrays import (
     LACKS,
@@ -33,6 +32,8 @@ from fsm.model.contact.contacts import ContactGroup
 from fsm.model.elements.element_group import ElementArrays, ElementGroup, ElementKernels
 from fsm.model.elements.elements import BUSHINGS, BushingGroup
 from fsm.model.elements.locked_inertia import have_loops
+from fsm.model.system.array_kernels import KERNELS, WITH_TREE
+from fsm.model.system.arrays import Joined, of_bodies_alone
 from fsm.solve.interface.records import Ready
 from fsm.solve.stepping.model import ArrayModel
 
@@ -165,8 +166,8 @@ def arrays_of(
     model.
     """
     model, *arrays = segments_of(system, pattern, *ready(pattern), contacts)
-    kernels = KERNELS if len(system.tree.links) else WITHOUT_TREE
-    return ArrayModel.of(kernels, model, *system.initial()), tuple(arrays)
+    kernels = WITH_TREE if len(system.tree.links) else KERNELS
+    return ArrayModel.of(kernels, of_bodies_alone(model), *system.initial()), tuple(arrays)
 
 
 def segments_of(
@@ -207,8 +208,8 @@ def segments_of(
     return model, (arrays, rest), elements
 
 
-def locked_of(system: SegmentForces, pattern: BodyPattern) -> tuple[Segments, tuple[Arrays, Arrays], list[ElementArrays]]:
-    """Model of a system whose groups all have locked directions, for the kernels of `fsm.model.bodies.array_locked`, and its
+def locked_of(system: SegmentForces, pattern: BodyPattern) -> tuple[Joined, tuple[Arrays, Arrays], list[ElementArrays]]:
+    """Model of a system whose groups all have locked directions, for the kernels of `fsm.model.system.array_locked`, and its
     arrays; see `segments_of`.
     """
     order = few_by_minimum_degree(pattern.indptr, pattern.indices)
@@ -221,7 +222,7 @@ def locked_of(system: SegmentForces, pattern: BodyPattern) -> tuple[Segments, tu
         SpringKernels(*[None] * 6), absent, absent,
         equation_kernels(arrays.pattern, arrays.matrix, factors, np.zeros(system.nu)),
     )  # fmt: skip
-    return model, (arrays, rest), elements
+    return of_bodies_alone(model), (arrays, rest), elements
 
 
 def change_pattern(

@@ -11,11 +11,12 @@ from fsm.kernels.addresses import address_table
 from fsm.kernels.block_equations import SYMMETRIC, TRUSTED
 from fsm.kernels.blocks import BlockMatrix, BlockPattern
 from fsm.kernels.pointers import enter
-from fsm.model.bodies.array_path import PATH
 from fsm.model.bodies.arrays import FACTORS, Arrays
 from fsm.model.bodies.group import BodyPattern, BodyState, PreviousPoses
 from fsm.model.elements.element_group import ElementArrays, ElementGroup
 from fsm.model.elements.elements import BushingGroup
+from fsm.model.system.array_path import PATH
+from fsm.model.system.arrays import of_bodies_alone
 from fsm.model.system.arrays_of import ContactModel, change_pattern, segments_of
 from fsm.solve.interface.records import DriveState, Energy, Observation, PairState, PreviousState, Ready, mapped
 from fsm.solve.stepping import path_state as row
@@ -71,12 +72,12 @@ class StaticSegments:
         """Create the model, and return its arrays."""
         ready, system = self._ready(pattern), self._system
         segments, arrays, elements = segments_of(system, pattern, *ready, self._contacts, True)
-        self.model = StaticModel.of(PATH, segments, system.initial()[0])
+        self.model = StaticModel.of(PATH, of_bodies_alone(segments), system.initial()[0])
         return arrays, elements
 
     def _renew(self, pattern: BodyPattern) -> tuple[tuple[Arrays, Arrays], list[ElementArrays]]:
         """Give the model another pattern, and return its new arrays."""
-        return change_pattern(self.model.arrays, self._system, pattern, *self._ready(pattern), self._contacts)
+        return change_pattern(self.model.arrays.bodies, self._system, pattern, *self._ready(pattern), self._contacts)
 
     def _set_arrays(self, pattern: BodyPattern, arrays: tuple[Arrays, Arrays], elements: list[ElementArrays]) -> None:
         """Use these arrays, whose addresses the model has."""
@@ -148,7 +149,7 @@ class StaticSegments:
         _, factors = self._ready(self._pattern)
         if factors is not self._arrays.factors:
             self._arrays = self._arrays._replace(factors=factors)
-            self.model.arrays.table[FACTORS] = address_table([factors])[0]
+            self.model.arrays.bodies.table[FACTORS] = address_table([factors])[0]
 
     def _matrix(self) -> tuple[BlockPattern, np.ndarray]:
         """Pattern and block data of the last matrix."""

@@ -34,8 +34,9 @@ from fsm.solve.interface.records import Energy, LockedSprings, Observation, Prev
 from fsm.solve.stepping.model import ArrayModel
 
 if TYPE_CHECKING:
-    from fsm.model.bodies.arrays import Arrays, Segments
+    from fsm.model.bodies.arrays import Arrays
     from fsm.model.elements.element_group import ElementArrays
+    from fsm.model.system.arrays import Joined
     from fsm.model.system.arrays_of import ContactModel
     from fsm.model.system.static_arrays import StaticSegments
 
@@ -186,15 +187,15 @@ class SegmentSystem(SegmentForces):
         """See `System`."""
         if not self.locking:
             return False
-        from fsm.model.bodies.array_locked import close_openings, find_multipliers
         from fsm.model.bodies.arrays import LOOPS
+        from fsm.model.system.array_locked import close_openings, find_multipliers
 
         model, (arrays, _), _ = self._locked
         few = inside and arrays.interval[LOOPS] == 0.0
         known = model.equations.factorise
         enter(known, close_openings, model, float(t), q, u, few)
         arrays.force[:] = self._all_forces(self.state(t, q, u))
-        return bool(enter(known, find_multipliers, model, float(t), rate, few))
+        return bool(enter(known, find_multipliers, model, float(t), rate, q[:0], few))
 
     def without_locks(self) -> SegmentSystem:
         """See `SegmentForces`."""
@@ -229,7 +230,7 @@ class SegmentSystem(SegmentForces):
         return LockedSprings(rows, np.concatenate(stiffness), remaining)
 
     @cached_property
-    def _locked(self) -> tuple[Segments, tuple[Arrays, Arrays], list[ElementArrays]]:
+    def _locked(self) -> tuple[Joined, tuple[Arrays, Arrays], list[ElementArrays]]:
         """Model of the bodies with the locked directions alone, with its arrays; the groups share their multipliers."""
         from fsm.model.system.arrays_of import locked_of  # imports the kernels of all steps
 

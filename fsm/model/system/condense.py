@@ -2,7 +2,7 @@
 
 Bodies have blocks of six rows, and ANCF nodes have vectors of three rows. In the joined matrix all blocks have three
 rows. A body has two blocks (translation, rotation), and a vector has one block. A frame has no rows; the frame's forces and
-tangents go to its vectors by the maps of `fsm.model.joined.frames`.
+tangents go to its vectors by the maps of `fsm.model.system.frames`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from fsm.kernels.blocks import BlockPattern
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import find_slot
-from fsm.model.joined.frames import Frames
+from fsm.model.system.frames import Frames
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,7 +182,7 @@ def add_curvatures(
         First vector of every frame.
     rows : (m,) int array
         Block row of every vector.
-    along, across, curvatures : see `fsm.model.joined.frames.frame_maps`
+    along, across, curvatures : see `fsm.model.system.frames.frame_maps`
     out : (n_blocks, 3, 3) array, changed in place
     """
     for i in range(frames.shape[0] - 1):

@@ -1,0 +1,294 @@
+"""Kernels of bodies, ANCF elements and frames as a compiled model: places, forces, tangents; see
+`fsm.model.system.arrays`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
+from fsm.kernels.body_poses import gather_free, scatter_free
+from fsm.kernels.jit import kernel
+from fsm.model.bodies.array_forces import add_tangents_by_deformations, sum_tangents_by_rates
+from fsm.model.bodies.array_forces import place as place_bodies
+from fsm.model.bodies.array_forces import retract as retract_bodies
+from fsm.model.bodies.array_forces import sum_forces as sum_body_forces
+from fsm.model.bodies.array_forces import sum_tangents as sum_body_tangents
+from fsm.model.bodies.arrays import DAMPING as BODY_DAMPING
+from fsm.model.bodies.arrays import FORCE as WRENCHES
+from fsm.model.bodies.arrays import FREE, POSES, RATES, springs_of
+from fsm.model.bodies.arrays import STIFFNESS as BODY_STIFFNESS
+from fsm.model.bodies.arrays import pattern_of as body_pattern_of
+from fsm.model.bodies.contact_arrays import keep_loaded
+from fsm.model.nodes.arrays import DAMPING, FIXED, FORCE, STIFFNESS, Coordinates, Q, U
+from fsm.model.nodes.arrays import pattern_of as joined_pattern_of
+from fsm.model.nodes.system.array_forces import forces_of_coordinates, hold
+from fsm.model.nodes.system.array_forces import place as place_nodes
+from fsm.model.nodes.system.array_forces import sum_forces as sum_node_forces
+from fsm.model.nodes.system.array_forces import sum_tangents as sum_node_tangents
+from fsm.model.nodes.system.array_kernels import accept_present as accept_nodes
+from fsm.model.system import arrays as at
+from fsm.model.system.arrays import Joined, frames_of, sizes
+from fsm.model.system.condense import add_condensed, add_curvatures, fold_forces
+from fsm.model.system.frames import frame_maps, place_frames
+from fsm.solve.stepping.vectors import copy_into
+
+
+@kernel
+def free_bodies(model: Joined) -> int:
+    """Number of free bodies."""
+    return int(integers_1d(model.bodies.table, FREE).shape[0])
+
+
+@kernel
+def retract(model: Joined, q: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """See `fsm.solve.stepping.model`."""
+    (first, own), out = sizes(model), np.empty(q.shape[0])
+    copy_into(retract_bodies(model.bodies, q[:first], x[:own]), out[:first])
+    for i in range(first, q.shape[0]):
+        out[i] = q[i] + x[i - first + own]
+    return out
+
+
+@kernel
+def fill_maps(nodes: Coordinates, model: Joined) -> None:
+    """Compute maps, their derivatives, curvatures and rates of the frames at the present coordinates and moments."""
+    f, table, free = frames_of(model.table), model.table, free_bodies(model)
+    frame_maps(
+        f.first, f.vectors, f.weights, f.along, f.across, f.fixed, f.oriented, floats_1d(nodes.table, Q),
+        floats_1d(nodes.table, U), floats_2d(table, at.MOMENTS), floats_3d(table, at.MEMBERS)[2 * free :],
+        floats_3d(table, at.TURNING)[2 * free :], floats_3d(table, at.CURVATURES), floats_2d(table, at.OWN_RATES),
+    )  # fmt: skip
+
+
+@kernel
+def place(model: Joined, t: float, q: np.ndarray, u: np.ndarray) -> None:
+    """Write poses and rates of all bodies and frames, and coordinates and rates of all nodes."""
+    first, own = sizes(model)
+    place_bodies(model.bodies.table, t, q[:first], u[:own])
+    place_nodes_and_frames(model.nodes, model, t, q[first:], u[own:])
+
+
+@kernel
+def place_nodes_and_frames(nodes: Coordinates | None, model: Joined, t: float, q: np.ndarray, u: np.ndarray) -> None:
+    """Write coordinates and rates of all nodes, and poses and rates of all frames."""
+    if nodes is None:
+        return
+    place_nodes(nodes.table, t, t, q, u)
+    set_frames(model, floats_1d(nodes.table, Q))
+    fill_maps(nodes, model)
+    copy_rates(model, floats_2d(model.bodies.table, RATES))
+
+
+@kernel
+def set_frames(model: Joined, q: np.ndarray) -> None:
+    """Write the poses of all frames at these coordinates of the nodes."""
+    f, poses, near = frames_of(model.table), floats_2d(model.bodies.table, POSES), floats_2d(model.table, at.NEAR)
+    place_frames(f.bodies, f.first, f.vectors, f.weights, f.along, f.across, f.fixed, f.oriented, q, near, poses)
+
+
+@kernel
+def copy_rates(model: Joined, rates: np.ndarray) -> None:
+    """Copy the rates of all frames to those of bodies, (n_bodies, 6)."""
+    bodies, own = integers_1d(model.table, at.AT), floats_2d(model.table, at.OWN_RATES)
+    for i in range(bodies.shape[0]):
+        for k in range(6):
+            rates[bodies[i], k] = own[i, k]
+
+
+@kernel
+def spread(model: Joined, change: np.ndarray, rates: np.ndarray) -> None:
+    """Write an increment or a rate (nu,) as those of all bodies and frames, (n_bodies, 3 or 6), with the present maps."""
+    _, own = sizes(model)
+    rates[:] = 0.0
+    scatter_free(integers_1d(model.bodies.table, FREE), change[:own], change.shape[0] < 0, rates)
+    _spread_to_frames(model.nodes, model, change[own:], rates)
+
+
+@kernel
+def _spread_to_frames(nodes: Coordinates | None, model: Joined, change: np.ndarray, rates: np.ndarray) -> None:
+    if nodes is None:
+        return
+    held, table, free = integers_2d(nodes.table, FIXED).reshape(-1), model.table, free_bodies(model)
+    f, rows, maps = frames_of(table), integers_1d(table, at.NODE_ROWS), floats_3d(table, at.MEMBERS)[2 * free :]
+    for i in range(f.bodies.shape[0]):
+        for j in range(f.first[i], f.first[i + 1]):
+            for c in range(3):
+                if held[3 * rows[j] + c] == 0:
+                    for k in range(6):
+                        rates[f.bodies[i], k] += maps[j, k, c] * change[3 * rows[j] + c]
+
+
+@kernel
+def folded(model: Joined, q: np.ndarray) -> np.ndarray:
+    """Generalised forces (nu,) from the present wrenches on bodies and forces on coordinates."""
+    first, _ = sizes(model)
+    of_bodies = gather_free(integers_1d(model.bodies.table, FREE), floats_2d(model.bodies.table, WRENCHES))
+    return _with_nodes(model.nodes, model, q[first:], of_bodies)
+
+
+@kernel
+def _with_nodes(nodes: Coordinates | None, model: Joined, q: np.ndarray, of_bodies: np.ndarray) -> np.ndarray:
+    """Generalised forces on bodies and coordinates."""
+    if nodes is None:
+        return of_bodies
+    add_from_frames(model, floats_2d(model.bodies.table, WRENCHES), floats_1d(nodes.table, FORCE))
+    of_nodes, count = forces_of_coordinates(nodes.table, q), of_bodies.shape[0]
+    out = np.empty(count + of_nodes.shape[0])
+    copy_into(of_bodies, out[:count])
+    copy_into(of_nodes, out[count:])
+    return out
+
+
+@kernel
+def add_from_frames(model: Joined, wrenches: np.ndarray, force: np.ndarray) -> None:
+    """Add the wrenches (n_bodies, 6) on frames to the forces on coordinates."""
+    table = model.table
+    f, on_frames = frames_of(table), floats_2d(table, at.OWN_RATES)
+    for i in range(f.bodies.shape[0]):
+        for k in range(6):
+            on_frames[i, k] = wrenches[f.bodies[i], k]
+    maps = floats_3d(table, at.MEMBERS)[2 * free_bodies(model) :]
+    fold_forces(on_frames, f.first, integers_1d(table, at.NODE_ROWS), maps, force)
+
+
+@kernel
+def sum_forces(model: Joined, t: float, per_second: float, moving: float) -> None:
+    """Write the forces on all bodies and coordinates; `moving` is 1 in motion, 0 at rest."""
+    sum_body_forces(model.bodies, t, per_second)
+    _sum_on_nodes(model.nodes, t, moving)
+
+
+@kernel
+def _sum_on_nodes(nodes: Coordinates | None, t: float, moving: float) -> None:
+    if nodes is None:
+        return
+    sum_node_forces(nodes, t, moving)
+
+
+@kernel
+def force(model: Joined, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """See `fsm.solve.stepping.model`."""
+    place(model, t, q, u)
+    sum_forces(model, t, 0.0, 1.0)
+    return folded(model, q)
+
+
+@kernel
+def set_moments(nodes: Coordinates, model: Joined) -> None:
+    """Compute the curvatures of the present moments on the frames."""
+    moments, wrenches = floats_2d(model.table, at.MOMENTS), floats_2d(model.bodies.table, WRENCHES)
+    f, any_moment = frames_of(model.table), False
+    for i in range(f.bodies.shape[0]):
+        for k in range(3):
+            moments[i, k] = wrenches[f.bodies[i], 3 + k]
+            any_moment = any_moment or (f.oriented[i] == 1 and moments[i, k] != 0.0)
+    if any_moment:  # if there are no moments, `place` has already computed all maps
+        fill_maps(nodes, model)
+    moments[:] = 0.0
+
+
+@kernel
+def add_turning(nodes: Coordinates, model: Joined) -> None:
+    """Add the change of the rates of frames with the coordinates, times the damping between bodies and frames."""
+    oriented, turns = frames_of(model.table).oriented, False
+    for i in range(oriented.shape[0]):
+        turns = turns or oriented[i] == 1
+    if not turns:
+        return
+    bodies, table, p = model.bodies.table, model.table, body_pattern_of(model.bodies.table)
+    first, starts, slots = integers_1d(table, at.OF_MEMBERS), integers_1d(table, at.STARTS), integers_1d(table, at.SLOTS)
+    add_condensed(
+        p.rows, p.columns, floats_3d(bodies, BODY_DAMPING), first, floats_3d(table, at.MEMBERS),
+        floats_3d(table, at.TURNING), starts, slots, floats_3d(nodes.table, STIFFNESS),
+    )  # fmt: skip
+
+
+@kernel
+def condense(nodes: Coordinates, model: Joined) -> None:
+    """Add the tangents between bodies and frames to the joined matrices, apart from `add_turning`."""
+    bodies, table, own = model.bodies.table, model.table, nodes.table
+    p, joined = body_pattern_of(bodies), joined_pattern_of(own)
+    stiffness, damping = floats_3d(own, STIFFNESS), floats_3d(own, DAMPING)
+    by_pose, by_rate = floats_3d(bodies, BODY_STIFFNESS), floats_3d(bodies, BODY_DAMPING)
+    first, starts, slots = integers_1d(table, at.OF_MEMBERS), integers_1d(table, at.STARTS), integers_1d(table, at.SLOTS)
+    members = floats_3d(table, at.MEMBERS)
+    add_condensed(p.rows, p.columns, by_pose, first, members, members, starts, slots, stiffness)
+    add_condensed(p.rows, p.columns, by_rate, first, members, members, starts, slots, damping)
+    f = frames_of(table)
+    add_curvatures(
+        joined.rows, joined.columns, f.first, integers_1d(table, at.ROWS), f.along, f.across,
+        floats_3d(table, at.CURVATURES), stiffness,
+    )  # fmt: skip
+
+
+@kernel
+def renewed_force(model: Joined, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """See `fsm.solve.stepping.model`."""
+    place(model, t, q, u)
+    sum_body_tangents(model.bodies, t, 0.0, springs_of(model.bodies.table).last[:0], q[:0], False)
+    keep_loaded(model.bodies.groups)
+    _join_tangents(model.nodes, model, t)
+    return folded(model, q)
+
+
+@kernel
+def _join_tangents(nodes: Coordinates | None, model: Joined, t: float) -> None:
+    if nodes is None:
+        return
+    _sum_tangents_of_nodes(nodes, t, 1.0)
+    set_moments(nodes, model)
+    add_turning(nodes, model)
+    condense(nodes, model)
+    hold(nodes.table)
+
+
+@kernel
+def _sum_tangents_of_nodes(nodes: Coordinates, t: float, moving: float) -> None:
+    floats_3d(nodes.table, DAMPING)[:] = 0.0
+    sum_node_tangents(nodes, t, moving)
+
+
+@kernel
+def sum_tangents(
+    model: Joined, t: float, per_second: float, efforts: np.ndarray, since: np.ndarray, at_depths: bool
+) -> None:
+    """Write forces, K and D of all parts at the present state in statics; arguments as for bodies
+    (`fsm.model.bodies.array_forces.sum_tangents`).
+    """
+    sum_tangents_by_rates(model.bodies, t, per_second, since, at_depths)
+    _add_nodes_by_rates(model.nodes, model, t, per_second)
+    add_tangents_by_deformations(model.bodies, t, per_second, efforts)
+    _condense_all(model.nodes, model)
+
+
+@kernel
+def _add_nodes_by_rates(nodes: Coordinates | None, model: Joined, t: float, per_second: float) -> None:
+    if nodes is None:
+        return
+    moving = 1.0 if per_second > 0.0 else 0.0
+    _sum_tangents_of_nodes(nodes, t, moving)
+    if moving > 0.0:  # the rates of springs and elements are increments of deformations, which do not turn
+        add_turning(nodes, model)
+
+
+@kernel
+def _condense_all(nodes: Coordinates | None, model: Joined) -> None:
+    if nodes is None:
+        return
+    set_moments(nodes, model)
+    condense(nodes, model)
+    hold(nodes.table)
+
+
+@kernel
+def accept_nodes_and_frames(nodes: Coordinates | None, model: Joined, t: float) -> None:
+    """Accept the present coordinates and quaternions of frames."""
+    if nodes is None:
+        return
+    poses, near = floats_2d(model.bodies.table, POSES), floats_2d(model.table, at.NEAR)
+    bodies = integers_1d(model.table, at.AT)
+    for i in range(bodies.shape[0]):
+        for k in range(4):
+            near[i, k] = poses[bodies[i], 3 + k]
+    accept_nodes(nodes, t)
