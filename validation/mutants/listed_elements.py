@@ -307,8 +307,8 @@ JOINED = (
     Mutant(
         "frames whose maps do not turn in accelerations",
         "fsm/model/system/array_locked.py",
-        "rates[f.bodies[i], k] += turns[j, k, c] * now[3 * rows[j] + c]",
-        "rates[f.bodies[i], k] += 0.0 * turns[j, k, c] * now[3 * rows[j] + c]",
+        "rates[f.bodies[i], k] += turns[j, k, c] * now[3 * first[j] + c]",
+        "rates[f.bodies[i], k] += 0.0 * turns[j, k, c] * now[3 * first[j] + c]",
         unit_test("joined_joints", "test_projected_states_open_no_joint"),
     ),
     Mutant(
