@@ -183,11 +183,8 @@ def present_energies(
         call_at(model.elements[k, at.STORED_BY], table, own, t, per_second)
         lost += call_at(model.elements[k, at.LOST_BY], table, own, t, per_second)
         call_at(model.elements[k, at.KEEP_BY], table, own, t, per_second)
-    panels, creases = of_elements[0], of_elements[1]
-    for i in range(springs.shape[0]):
-        panels += s.in_panels[i] * springs[i]
-        creases += (1.0 - s.in_panels[i]) * springs[i]
-    kinetic, height = _motion(table)
+    panels, creases = with_springs(table, springs)
+    kinetic, height = energies_of_motion(table)
     drives, pairs = driven_of(table).directions.shape[0], floats_2d(table, at.PAIR_ENERGY).shape[1]
     pair_force = record[DRIVES + 2 * drives : DRIVES + 2 * drives + pairs]
     if model.groups.shape[0] > 0:
@@ -249,7 +246,18 @@ def accept_elements(model: Segments, t: float) -> None:
 
 
 @kernel
-def _motion(table: np.ndarray) -> tuple[float, float]:
+def with_springs(table: np.ndarray, springs: np.ndarray) -> tuple[float, float]:
+    """Energies of panels and of creases, J, from those of springs by category and the stored energies of elements."""
+    in_panels, of_elements = springs_of(table).in_panels, floats_1d(table, at.STORED)
+    panels, creases = of_elements[0], of_elements[1]
+    for i in range(springs.shape[0]):
+        panels += in_panels[i] * springs[i]
+        creases += (1.0 - in_panels[i]) * springs[i]
+    return panels, creases
+
+
+@kernel
+def energies_of_motion(table: np.ndarray) -> tuple[float, float]:
     """Kinetic energy, and potential energy of the weights, J."""
     poses, rates, inertia = floats_2d(table, at.POSES), floats_2d(table, at.RATES), floats_2d(table, at.INERTIA)
     weight = floats_2d(table, at.WEIGHT)
@@ -263,19 +271,26 @@ def _motion(table: np.ndarray) -> tuple[float, float]:
 
 
 @kernel
-def input_powers(model: Segments, t: float, record: np.ndarray) -> tuple[float, float]:
-    """Input power, W, and kinetic energy of driven bodies, J; writes travels and forces of the drives to the record."""
-    table, power, kinetic = model.table, 0.0, 0.0
-    rates, loads, driven = floats_2d(table, at.RATES), loads_of(table), driven_of(table)
+def power_of_loads(table: np.ndarray, t: float) -> float:
+    """Power of loads at the present poses and rates, W."""
+    loads, power = loads_of(table), 0.0
     if loads.bodies.shape[0] > 0:
         power = applied_power(
-            floats_2d(table, at.POSES), rates, loads.bodies, loads.points, loads.forces, loads.moments, loads.follower,
-            factors_of(loads, t),
+            floats_2d(table, at.POSES), floats_2d(table, at.RATES), loads.bodies, loads.points, loads.forces, loads.moments,
+            loads.follower, factors_of(loads, t),
         )  # fmt: skip
+    return power
+
+
+@kernel
+def input_powers(model: Segments, t: float, record: np.ndarray) -> tuple[float, float]:
+    """Input power, W, and kinetic energy of driven bodies, J; writes travels and forces of the drives to the record."""
+    table, kinetic = model.table, 0.0
+    power, driven = power_of_loads(table, t), driven_of(table)
     if driven.bodies.shape[0] > 0:
         sum_forces(model, t, 0.0)
         force, inertia = floats_2d(table, at.FORCE), floats_2d(table, at.INERTIA)
-        of_drives, kinetic = driven_power(driven, inertia, rates, force)
+        of_drives, kinetic = driven_power(driven, inertia, floats_2d(table, at.RATES), force)
         power += of_drives
         fill_reactions(driven, t, inertia, force, record[DRIVES:])
     return power, kinetic

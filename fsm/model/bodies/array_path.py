@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.interactions.applied import applied_power
 from fsm.interactions.driven import driven_power, fill_reactions, place_driven
 from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d
 from fsm.kernels.body_poses import pose_difference, scatter_free
@@ -12,10 +11,10 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.newton_euler import largest_force, largest_moment, support_reactions
 from fsm.kernels.pointers import call_at
 from fsm.model.bodies import arrays as at
-from fsm.model.bodies.array_forces import factors_of, place
+from fsm.model.bodies.array_forces import energies_of_motion, place, power_of_loads, with_springs
 from fsm.model.bodies.array_locked import largest_multiplier, swap_multipliers
 from fsm.model.bodies.array_statics import per_second_of, place_mean
-from fsm.model.bodies.arrays import Segments, driven_of, loads_of, springs_of
+from fsm.model.bodies.arrays import Segments, driven_of, springs_of
 from fsm.model.bodies.contact_arrays import BRISTLE, contacts_at
 from fsm.solve.stepping import path_state as path
 from fsm.solve.stepping.path_state import DRIVES
@@ -117,42 +116,23 @@ def _add_joints(model: Segments, t: float, per_second: float, record: np.ndarray
     record[path.LOST] += lost
     record[path.LOADS] += of_elements[2]
     record[path.KEPT_LOSS] = of_elements[3]
-    record[path.PANELS], record[path.CREASES], record[path.GAS] = of_elements[0], of_elements[1], of_elements[at.GAS]
-    for i in range(springs.shape[0]):
-        record[path.PANELS] += s.in_panels[i] * springs[i]
-        record[path.CREASES] += (1.0 - s.in_panels[i]) * springs[i]
+    record[path.PANELS], record[path.CREASES] = with_springs(table, springs)
+    record[path.GAS] = of_elements[at.GAS]
 
 
 @kernel
 def _add_motion(table: np.ndarray, t: float, moving: np.ndarray, record: np.ndarray) -> None:
     """Write travels and forces of drives, energies of the motion and of weights, and the powers of loads and drives."""
-    poses, rates, weight = floats_2d(table, at.POSES), floats_2d(table, at.RATES), floats_2d(table, at.WEIGHT)
+    record[path.KINETIC], record[path.GRAVITY] = energies_of_motion(table)
     inertia, wrenches, driven = floats_2d(table, at.INERTIA), floats_2d(table, at.FORCE), driven_of(table)
-    for i in range(rates.shape[0]):
-        for k in range(rates.shape[1]):
-            record[path.KINETIC] += 0.5 * inertia[i, k] * rates[i, k] ** 2
-        for k in range(weight.shape[1]):
-            record[path.GRAVITY] -= weight[i, k] * poses[i, k]
-    record[path.LOADS] += _power_of_loads(table, t)
-    driving, record[path.DRIVEN] = driven_power(driven, inertia, rates, wrenches)
+    record[path.LOADS] += power_of_loads(table, t)
+    driving, record[path.DRIVEN] = driven_power(driven, inertia, floats_2d(table, at.RATES), wrenches)
     record[path.INPUT] = record[path.LOADS] + driving
     reactions = support_reactions(wrenches, moving)
     record[path.LARGEST] = max(
         largest_force(reactions), floats_1d(table, at.INTERVAL)[5] * largest_moment(reactions)
     )  # fmt: skip
     fill_reactions(driven, t, np.zeros(inertia.shape), wrenches, record[DRIVES:])
-
-
-@kernel
-def _power_of_loads(table: np.ndarray, t: float) -> float:
-    """Power of loads at the present poses and rates, W."""
-    loads, power = loads_of(table), 0.0
-    if loads.bodies.shape[0] > 0:
-        power = applied_power(
-            floats_2d(table, at.POSES), floats_2d(table, at.RATES), loads.bodies, loads.points, loads.forces, loads.moments,
-            loads.follower, factors_of(loads, t),
-        )  # fmt: skip
-    return power
 
 
 @kernel
@@ -165,7 +145,7 @@ def power_of_present(model: Segments, t: float) -> float:
     for k in range(model.elements.shape[0]):
         call_at(model.elements[k, at.LOST_BY], table, model.element_tables[k], t, to_end)  # actuators write their power
     swap_multipliers(model)
-    return _power_of_loads(table, t) + of_elements[2]
+    return power_of_loads(table, t) + of_elements[2]
 
 
 @kernel

@@ -43,6 +43,13 @@ def free_bodies(model: Joined) -> int:
 @kernel
 def retract(model: Joined, q: np.ndarray, x: np.ndarray) -> np.ndarray:
     """See `fsm.solve.stepping.model`."""
+    return _retract(model.nodes, model, q, x)
+
+
+@kernel
+def _retract(nodes: Coordinates | None, model: Joined, q: np.ndarray, x: np.ndarray) -> np.ndarray:
+    if nodes is None:
+        return retract_bodies(model.bodies, q, x)
     (first, own), out = sizes(model), np.empty(q.shape[0])
     copy_into(retract_bodies(model.bodies, q[:first], x[:own]), out[:first])
     for i in range(first, q.shape[0]):
@@ -64,9 +71,8 @@ def fill_maps(nodes: Coordinates, model: Joined) -> None:
 @kernel
 def place(model: Joined, t: float, q: np.ndarray, u: np.ndarray) -> None:
     """Write poses and rates of all bodies and frames, and coordinates and rates of all nodes."""
-    first, own = sizes(model)
-    place_bodies(model.bodies.table, t, q[:first], u[:own])
-    place_nodes_and_frames(model.nodes, model, t, q[first:], u[own:])
+    place_bodies(model.bodies.table, t, q, u)
+    place_nodes_and_frames(model.nodes, model, t, q, u)
 
 
 @kernel
@@ -74,7 +80,8 @@ def place_nodes_and_frames(nodes: Coordinates | None, model: Joined, t: float, q
     """Write coordinates and rates of all nodes, and poses and rates of all frames."""
     if nodes is None:
         return
-    place_nodes(nodes.table, t, t, q, u)
+    first, own = sizes(model)
+    place_nodes(nodes.table, t, t, q[first:], u[own:])
     set_frames(model, floats_1d(nodes.table, Q))
     fill_maps(nodes, model)
     copy_rates(model, floats_2d(model.bodies.table, RATES))
@@ -99,10 +106,9 @@ def copy_rates(model: Joined, rates: np.ndarray) -> None:
 @kernel
 def spread(model: Joined, change: np.ndarray, rates: np.ndarray) -> None:
     """Write an increment or a rate (nu,) as those of all bodies and frames, (n_bodies, 3 or 6), with the present maps."""
-    _, own = sizes(model)
     rates[:] = 0.0
-    scatter_free(integers_1d(model.bodies.table, FREE), change[:own], change.shape[0] < 0, rates)
-    _spread_to_frames(model.nodes, model, change[own:], rates)
+    scatter_free(integers_1d(model.bodies.table, FREE), change, change.shape[0] < 0, rates)
+    _spread_to_frames(model.nodes, model, change, rates)
 
 
 @kernel
@@ -110,21 +116,21 @@ def _spread_to_frames(nodes: Coordinates | None, model: Joined, change: np.ndarr
     if nodes is None:
         return
     held, table, free = integers_2d(nodes.table, FIXED).reshape(-1), model.table, free_bodies(model)
+    of_nodes = change[6 * free :]
     f, rows, maps = frames_of(table), integers_1d(table, at.NODE_ROWS), floats_3d(table, at.MEMBERS)[2 * free :]
     for i in range(f.bodies.shape[0]):
         for j in range(f.first[i], f.first[i + 1]):
             for c in range(3):
                 if held[3 * rows[j] + c] == 0:
                     for k in range(6):
-                        rates[f.bodies[i], k] += maps[j, k, c] * change[3 * rows[j] + c]
+                        rates[f.bodies[i], k] += maps[j, k, c] * of_nodes[3 * rows[j] + c]
 
 
 @kernel
 def folded(model: Joined, q: np.ndarray) -> np.ndarray:
     """Generalised forces (nu,) from the present wrenches on bodies and forces on coordinates."""
-    first, _ = sizes(model)
     of_bodies = gather_free(integers_1d(model.bodies.table, FREE), floats_2d(model.bodies.table, WRENCHES))
-    return _with_nodes(model.nodes, model, q[first:], of_bodies)
+    return _with_nodes(model.nodes, model, q, of_bodies)
 
 
 @kernel
@@ -133,7 +139,7 @@ def _with_nodes(nodes: Coordinates | None, model: Joined, q: np.ndarray, of_bodi
     if nodes is None:
         return of_bodies
     add_from_frames(model, floats_2d(model.bodies.table, WRENCHES), floats_1d(nodes.table, FORCE))
-    of_nodes, count = forces_of_coordinates(nodes.table, q), of_bodies.shape[0]
+    of_nodes, count = forces_of_coordinates(nodes.table, q[sizes(model)[0] :]), of_bodies.shape[0]
     out = np.empty(count + of_nodes.shape[0])
     copy_into(of_bodies, out[:count])
     copy_into(of_nodes, out[count:])

@@ -120,15 +120,15 @@ def _mass_times(model: Joined, vector: np.ndarray) -> np.ndarray:
     mass, out = floats_1d(model.bodies.table, BODY_MASS), np.empty(vector.shape[0])
     for i in range(mass.shape[0]):
         out[i] = mass[i] * vector[i]
-    _node_mass_times(model.nodes, vector[mass.shape[0] :], out[mass.shape[0] :])
+    _node_mass_times(model.nodes, vector, out, mass.shape[0])
     return out
 
 
 @kernel
-def _node_mass_times(nodes: Coordinates | None, vector: np.ndarray, out: np.ndarray) -> None:
+def _node_mass_times(nodes: Coordinates | None, vector: np.ndarray, out: np.ndarray, first: int) -> None:
     if nodes is None:
         return
-    copy_into(rows_times(mass_of(nodes.table), vector), out)
+    copy_into(rows_times(mass_of(nodes.table), vector[first:]), out[first:])
 
 
 @kernel

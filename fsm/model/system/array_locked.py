@@ -210,7 +210,7 @@ def find_multipliers(model: Joined, t: float, rate: np.ndarray, on_nodes: np.nda
         right = _folded(model.nodes, model, force)
         for i in range(mass.shape[0]):
             right[i] -= mass[i] * rate[i]
-        _add_on_nodes(model.nodes, on_nodes, rate[mass.shape[0] :], right[mass.shape[0] :])
+        _add_on_nodes(model.nodes, on_nodes, rate, right, mass.shape[0])
         _add(_correction(model.projection, model, right), rate)
         _set_accelerations(model, t, rate)
         if number > 1 and not 0.0 < error < STALLED * before:  # the first error follows from the given acceleration
@@ -222,12 +222,14 @@ def find_multipliers(model: Joined, t: float, rate: np.ndarray, on_nodes: np.nda
 
 
 @kernel
-def _add_on_nodes(nodes: Coordinates | None, on_nodes: np.ndarray, rate: np.ndarray, right: np.ndarray) -> None:
+def _add_on_nodes(
+    nodes: Coordinates | None, on_nodes: np.ndarray, rate: np.ndarray, right: np.ndarray, first: int
+) -> None:
     if nodes is None:
         return
-    inertial = rows_times(of_nodes.mass_of(nodes.table), rate)
+    inertial = rows_times(of_nodes.mass_of(nodes.table), rate[first:])
     for i in range(inertial.shape[0]):
-        right[i] += on_nodes[i] - inertial[i]
+        right[first + i] += on_nodes[i] - inertial[i]
 
 
 @kernel
@@ -246,7 +248,6 @@ def consistent(model: Joined, t: float, q: np.ndarray, u: np.ndarray, rate: np.n
 @kernel
 def _forces_on_nodes(nodes: Coordinates | None, model: Joined, q: np.ndarray) -> np.ndarray:
     """Forces on the coordinates of nodes, apart from those on frames."""
-    first, _ = sizes(model)
     if nodes is None:
-        return q[first:]
-    return forces_of_coordinates(nodes.table, q[first:])
+        return q
+    return forces_of_coordinates(nodes.table, q[sizes(model)[0] :])

@@ -41,9 +41,16 @@ def _progress(model: Joined, t: float) -> float:
 
 @kernel
 def _difference(model: Joined, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    (first, own), poses = sizes(model), floats_2d(model.bodies.table, POSES)
-    if poses.shape[1] == 3:
+    if floats_2d(model.bodies.table, POSES).shape[1] == 3:
         return subtracted(end, start)
+    return _difference_in_space(model.nodes, model, start, end)
+
+
+@kernel
+def _difference_in_space(nodes: Coordinates | None, model: Joined, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    if nodes is None:
+        return pose_difference(start, end)
+    first, own = sizes(model)
     out = np.empty(start.shape[0] - first + own)
     copy_into(pose_difference(start[:first], end[:first]), out[:own])
     copy_into(subtracted(end[first:], start[first:]), out[own:])
@@ -64,9 +71,9 @@ def _efforts(model: Joined, out: np.ndarray) -> None:
 def _begin(
     model: Joined, t: float, before: float, q: np.ndarray, start: np.ndarray, rate_dependent: bool, most: float
 ) -> None:
-    bodies, (first, _) = model.bodies, sizes(model)
-    of_bodies.begin_bodies(bodies.table, t, before, q[:first], start, rate_dependent)
-    _begin_nodes(model.nodes, q[first:], floats_1d(bodies.table, INTERVAL)[1])
+    bodies = model.bodies
+    of_bodies.begin_bodies(bodies.table, t, before, q, start, rate_dependent)
+    _begin_nodes(model.nodes, model, q)
     lock(bodies, 0.0)
     take_up(bodies, BEGIN)
     if bodies.groups.shape[0] > 0:
@@ -74,11 +81,11 @@ def _begin(
 
 
 @kernel
-def _begin_nodes(nodes: Coordinates | None, q: np.ndarray, duration: float) -> None:
+def _begin_nodes(nodes: Coordinates | None, model: Joined, q: np.ndarray) -> None:
     if nodes is None:
         return
-    copy_into(q, floats_1d(nodes.table, rows.LAST))
-    floats_1d(nodes.table, rows.NUMBERS)[rows.MEAN_OVER] = duration
+    copy_into(q[sizes(model)[0] :], floats_1d(nodes.table, rows.LAST))
+    floats_1d(nodes.table, rows.NUMBERS)[rows.MEAN_OVER] = floats_1d(model.bodies.table, INTERVAL)[1]
 
 
 # ends of steps ----------------------------------------------------------------------------------------------------------
@@ -87,9 +94,8 @@ def _begin_nodes(nodes: Coordinates | None, q: np.ndarray, duration: float) -> N
 @kernel
 def _place_end(model: Joined, q: np.ndarray) -> None:
     """Write poses, coordinates and mean rates at the end of a step, also if no force depends on rates."""
-    first, _ = sizes(model)
-    of_bodies.place_end(model.bodies.table, q[:first])
-    place_nodes_mean(model.nodes, model, q[first:], floats_1d(model.bodies.table, INTERVAL)[2])
+    of_bodies.place_end(model.bodies.table, q)
+    place_nodes_mean(model.nodes, model, q, floats_1d(model.bodies.table, INTERVAL)[2])
 
 
 @kernel
@@ -173,11 +179,11 @@ def _power_of_nodes(nodes: Coordinates, step: float) -> float:
 
 @kernel
 def _power_before(model: Joined, t: float, q: np.ndarray) -> float:
-    bodies, (first, _) = model.bodies.table, sizes(model)
+    bodies = model.bodies.table
     poses, power = floats_2d(bodies, POSES), _power_of_nodes_before(model.nodes, t, floats_1d(bodies, INTERVAL))
-    scatter_free(integers_1d(bodies, FREE), q[:first], not q.shape[0] < 0 and poses.shape[1] == 7, poses)
+    scatter_free(integers_1d(bodies, FREE), q, not q.shape[0] < 0 and poses.shape[1] == 7, poses)
     place_driven(driven_of(bodies), t, t, poses, np.empty(floats_2d(bodies, RATES).shape))
-    _set_frames(model.nodes, model, q[first:])
+    _set_frames(model.nodes, model, q)
     return power + float(of_bodies.power_of_present(model.bodies, t))
 
 
@@ -197,16 +203,16 @@ def _power_of_nodes_before(nodes: Coordinates | None, t: float, interval: np.nda
 def _set_frames(nodes: Coordinates | None, model: Joined, q: np.ndarray) -> None:
     if nodes is None:
         return
-    set_frames(model, q)
+    set_frames(model, q[sizes(model)[0] :])
 
 
 @kernel
 def _rest(model: Joined, t: float, q: np.ndarray) -> None:
     """Write the state at rest; `model` with the table of bodies at rest."""
-    (first, _), now = sizes(model), floats_1d(model.bodies.table, INTERVAL)
-    of_bodies.rest(model.bodies.table, t, q[:first])
+    now = floats_1d(model.bodies.table, INTERVAL)
+    of_bodies.rest(model.bodies.table, t, q)
     begun, now[0] = now[0], t
-    place_nodes_mean(model.nodes, model, q[first:], 0.0)
+    place_nodes_mean(model.nodes, model, q, 0.0)
     now[0] = begun
 
 
@@ -251,9 +257,8 @@ def _accept(model: Joined, q: np.ndarray) -> None:
 def _contact_force(model: Joined, t: float, q: np.ndarray) -> float:
     if model.bodies.groups.shape[0] == 0:
         return 0.0
-    first, _ = sizes(model)
-    of_bodies.rest(model.bodies.at_rest, t, q[:first])
-    _set_frames(model.nodes, model, q[first:])
+    of_bodies.rest(model.bodies.at_rest, t, q)
+    _set_frames(model.nodes, model, q)
     return float(of_bodies.largest_contact_force(model.bodies, t))
 
 

@@ -27,20 +27,19 @@ def place_nodes_mean(nodes: Coordinates | None, model: Joined, q: np.ndarray, du
     """Write coordinates of nodes, poses of frames, and their mean rates since the last state; zero rates at rest."""
     if nodes is None:
         return
-    bodies = model.bodies.table
-    last, t, rates = floats_1d(nodes.table, LAST), floats_1d(bodies, INTERVAL)[0], np.zeros(q.shape[0])
+    (first, own), last, t = sizes(model), floats_1d(nodes.table, LAST), floats_1d(model.bodies.table, INTERVAL)[0]
+    rates = np.zeros(own + last.shape[0])
     if duration > 0.0:
-        for i in range(rates.shape[0]):
-            rates[i] = (q[i] - last[i]) / duration
+        for i in range(last.shape[0]):
+            rates[own + i] = (q[first + i] - last[i]) / duration
     forces.place_nodes_and_frames(nodes, model, t, q, rates)
 
 
 @kernel
 def _place(model: Joined, q: np.ndarray) -> np.ndarray:
     """Write the state of a step; the result is that of `fsm.model.bodies.array_statics.place_mean`."""
-    first, _ = sizes(model)
-    since = place_mean_bodies(model.bodies.table, q[:first])
-    place_nodes_mean(model.nodes, model, q[first:], floats_1d(model.bodies.table, INTERVAL)[1])
+    since = place_mean_bodies(model.bodies.table, q)
+    place_nodes_mean(model.nodes, model, q, floats_1d(model.bodies.table, INTERVAL)[1])
     return since
 
 
@@ -88,14 +87,14 @@ def _solve(model: Joined, right: np.ndarray) -> np.ndarray:
 
 @kernel
 def _advance(model: Joined, q: np.ndarray, dx: np.ndarray, cut: bool) -> None:
-    bodies, (first, own) = model.bodies.table, sizes(model)
+    bodies = model.bodies.table
     if cut:
         restore_depths(model.bodies.groups)
     free, poses, change = integers_1d(bodies, FREE), floats_2d(bodies, POSES), np.zeros(floats_2d(bodies, RATES).shape)
     no = q.shape[0] < 0
-    scatter_free(free, q[:first], not no and poses.shape[1] == 7, poses)
-    scatter_free(free, dx[:own], no, change)
-    _change_frames(model.nodes, model, q[first:], dx[own:], change)
+    scatter_free(free, q, not no and poses.shape[1] == 7, poses)
+    scatter_free(free, dx, no, change)
+    _change_frames(model.nodes, model, q, dx, change)
     advance_by(model.bodies, change, cut)
 
 
@@ -104,11 +103,12 @@ def _change_frames(nodes: Coordinates | None, model: Joined, q: np.ndarray, dx: 
     """Write the increments of all frames, (n_bodies, 6), along an increment of the coordinates from q."""
     if nodes is None:
         return
-    forces.set_frames(model, q)
-    copy_into(q, floats_1d(nodes.table, Q))
+    (first, own), here = sizes(model), floats_1d(nodes.table, Q)
+    copy_into(q[first:], here)
+    forces.set_frames(model, here)
     moved, fixed = floats_1d(nodes.table, U), integers_2d(nodes.table, FIXED).reshape(-1)
     for i in range(moved.shape[0]):
-        moved[i] = 0.0 if fixed[i] == 1 else dx[i]
+        moved[i] = 0.0 if fixed[i] == 1 else dx[own + i]
     forces.fill_maps(nodes, model)
     forces.copy_rates(model, change)
 
