@@ -10,7 +10,6 @@ import numpy as np
 
 from fsm.kernels.addresses import address_table
 from fsm.kernels.block_equations import NO_LOW_RANK
-from fsm.kernels.blocks import Elimination
 from fsm.model.bodies.arrays import Arrays, flat_arrays
 from fsm.model.bodies.group import BodyPattern
 from fsm.model.elements.element_group import ElementArrays
@@ -19,7 +18,7 @@ from fsm.model.nodes.arrays import FACTORS, MATRIX
 from fsm.model.nodes.system.arrays_of import Matrices, coordinates_of
 from fsm.model.system.arrays import FrameArrays, Joined, JoinedArrays
 from fsm.model.system.arrays_of import ContactModel, segments_of
-from fsm.model.system.condense import JoinedPattern
+from fsm.solve.interface.records import Ready
 
 
 class JoinedModel(NamedTuple):
@@ -33,42 +32,29 @@ class JoinedModel(NamedTuple):
     others: list[np.ndarray]
 
 
-class JoinedMatrix(NamedTuple):
-    """Pattern between bodies and frames, pattern of the joined matrix, and the slots there of every group of elements of
-    nodes.
-    """
-
-    bodies: BodyPattern
-    joined: JoinedPattern
-    slots: list[np.ndarray]
-
-
 def joined_of(
-    system: JoinedConfiguration, matrix: JoinedMatrix, fixed: np.ndarray, members: tuple[np.ndarray, np.ndarray, np.ndarray],
-    near: np.ndarray, known: Elimination, factors: np.ndarray, contacts: ContactModel, statics: bool = False,
-) -> JoinedModel:  # fmt: skip
+    system: JoinedConfiguration, pattern: BodyPattern, near: np.ndarray, ready: Ready, contacts: ContactModel,
+    statics: bool = False,
+) -> JoinedModel:
     """Compiled model of a system that has no part in Python; the caller must keep the arrays as long as the model.
 
     Parameters
     ----------
     system : JoinedConfiguration
-    matrix : JoinedMatrix
-    fixed : (n_rows, 3) array
-        Held coordinates.
-    members : of free bodies and frames (`fsm.model.system.condense.members_of`), and their maps
+    pattern : pattern between bodies and frames
     near : quaternions of the frames
-    known, factors : symbolic factorisation of the joined pattern, and data of the factors
-    contacts : ContactModel
+    ready, contacts : Ready, ContactModel
     statics : whether the model is for statics
     """
     elements, frames, free = system.elements, system.frames, system.n_free
-    pattern, joined, slots = matrix
+    joined, slots, fixed = system.joined_matrix(pattern)
+    known, factors = ready(joined.pattern)
     inertia = system.inertia(system.initial()[0], joined.pattern)
     matrices = Matrices(joined.pattern, known, factors, fixed, inertia, inertia, slots)
     nodes, held = coordinates_of(elements, matrices, system.low_rank_table())
     # the symbolic factorisation of the pattern between bodies is not used
     bodies, of_bodies, of_elements = segments_of(system, pattern, known, factors, contacts, statics)
-    first, rows, maps = members
+    first, rows, maps = system.members()
     count, turned = len(frames.bodies), np.zeros((joined.pattern.order, 3, 3))
     turned[:, range(3), range(3)] = 1.0
     arrays = JoinedArrays(

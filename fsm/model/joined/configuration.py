@@ -15,16 +15,18 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 
+from fsm.kernels.blocks import BlockPattern
 from fsm.kernels.body_poses import increment_blocks
 from fsm.kernels.vector import equal_vectors
 from fsm.model.bodies.configuration import Bodies
 from fsm.model.bodies.drive import PrescribedMotion
-from fsm.model.bodies.group import Group
+from fsm.model.bodies.group import BodyPattern, Group
 from fsm.model.joined.chambers import Chambers
+from fsm.model.nodes.assembly import slots_of
 from fsm.model.nodes.facets.facet_group import FacetGroup
 from fsm.model.nodes.facets.pressure import PressedFaces
 from fsm.model.nodes.system.system import AncfSystem
-from fsm.model.system.condense import members_of
+from fsm.model.system.condense import JoinedPattern, joined_pattern, members_of
 from fsm.model.system.frames import Frames, frame_maps, place_frames
 from fsm.model.system.system import SegmentSystem
 from fsm.solve.interface.records import PreviousState
@@ -119,6 +121,9 @@ class JoinedConfiguration(SegmentSystem):
         self._arrays = (
             frames.first, frames.vectors, frames.weights, frames.along, frames.across, frames.fixed, frames.oriented,
         )  # fmt: skip
+        self._joined: JoinedPattern | None = None
+        self._joined_of: BlockPattern | None = None
+        self._slots: list[np.ndarray] = []
         self._with_frames: list[tuple[float, np.ndarray, np.ndarray]] = []
         self._moving_frames: tuple[np.ndarray, float | None, np.ndarray, np.ndarray] | None = None
 
@@ -232,6 +237,39 @@ class JoinedConfiguration(SegmentSystem):
         moved[self.elements.fixed] = 0.0
         out[self.frames.bodies] = self._maps(here, moved, None)[3]
         return out
+
+    # joined matrix --------------------------------------------------------------------------------------------------
+
+    def _members(self, maps: np.ndarray) -> np.ndarray:
+        """Maps of the members of bodies and frames, (m, 6, 3); a body has its two halves."""
+        halves = np.zeros((self.n_free, 2, 6, 3))
+        halves[:, 0, range(3), range(3)] = 1.0
+        halves[:, 1, range(3, 6), range(3)] = 1.0
+        return np.concatenate([halves.reshape(-1, 6, 3), maps])
+
+    def members(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Members of free bodies and frames (`members_of`), and their maps, without those of frames."""
+        return self._first, self._rows, self._members(np.zeros((len(self.frames.vectors), 6, 3)))
+
+    def joined_matrix(self, bodies: BodyPattern) -> tuple[JoinedPattern, list[np.ndarray], np.ndarray]:
+        """Pattern of the joined matrix, the slots there of every group of elements of nodes, and held coordinates (n, 3)."""
+        return self._pattern_of(bodies), self._slots, self._fixed
+
+    def _pattern_of(self, bodies: BodyPattern) -> JoinedPattern:
+        if self._joined is None or self._joined_of is not bodies:
+            mesh, shift = self.elements.mesh, 2 * self.n_free
+            vectors = [group.vectors for group in self.elements.groups] + [part.vectors for part in mesh.masses]
+            joined = [vector // 3 + shift for vector in vectors if len(vector)]
+            self._joined = joined_pattern(self.nu // 3, bodies, self._first, self._rows, joined)
+            self._joined_of = bodies
+            pattern = self._joined.pattern
+            self._slots = [
+                slots_of(np.ascontiguousarray(group.vectors + self._nu), 3, pattern.indptr, pattern.indices)
+                for group in self.elements.groups
+            ]
+        return self._joined
+
+    # shape ----------------------------------------------------------------------------------------------------------
 
     @property
     def panels(self) -> np.ndarray:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from fsm.kernels.addresses import address_table
@@ -12,6 +9,8 @@ from fsm.kernels.blocks import BlockPattern
 from fsm.model.bodies.arrays import Arrays
 from fsm.model.bodies.group import BodyPattern
 from fsm.model.elements.element_group import ElementArrays
+from fsm.model.joined.arrays_of import joined_of
+from fsm.model.joined.configuration import JoinedConfiguration
 from fsm.model.nodes.arrays import FACTORS, KINDS_OF_ENERGY, MATRIX
 from fsm.model.system.array_path import PATH
 from fsm.model.system.static_arrays import StaticSegments
@@ -19,33 +18,21 @@ from fsm.solve.interface.records import PreviousState, Ready
 from fsm.solve.stepping.path_state import BARS
 from fsm.solve.stepping.quasi_static import StaticModel
 
-if TYPE_CHECKING:
-    from fsm.model.joined.arrays_of import JoinedModel
-    from fsm.model.joined.configuration import JoinedConfiguration
-    from fsm.model.system.arrays_of import ContactModel
-
-    ModelOf = Callable[[BodyPattern, np.ndarray, Ready, ContactModel], tuple[JoinedModel, BlockPattern]]
-
 
 class JoinedStatics(StaticSegments):
-    """Arrays of a joined system without parts in Python; see `StaticSegments`.
-
-    `model_of` creates the compiled model and the pattern of its equations, from the pattern between bodies and frames, the
-    quaternions of frames, and the arguments of `StaticSegments`.
-    """
+    """Arrays of a joined system without parts in Python; see `StaticSegments`."""
 
     energies = StaticSegments.energies | {name: BARS + k for k, name in enumerate(KINDS_OF_ENERGY[2:])}
 
-    def __init__(
-        self, system: JoinedConfiguration, pattern: BodyPattern, ready: Ready, model_of: ModelOf
-    ) -> None:
-        self._joined, self._near, self._model_of = system, system.frames_near.copy(), model_of
+    def __init__(self, system: JoinedConfiguration, pattern: BodyPattern, ready: Ready) -> None:
+        self._joined, self._near = system, system.frames_near.copy()
         super().__init__(system, pattern, ready)
         self._stored_by.append([*system.elements.energies(0.0, system.elements.start)])
 
     def _create(self, pattern: BodyPattern) -> tuple[tuple[Arrays, Arrays], list[ElementArrays]]:
         """See `StaticSegments`; a new pattern has a new model."""
-        found, self._equations = self._model_of(pattern, self._near, self._ready, self._contacts)
+        found = joined_of(self._joined, pattern, self._near, self._ready, self._contacts, True)
+        self._equations = self._joined.joined_matrix(pattern)[0].pattern
         self.model = StaticModel.of(PATH, found.model, self._joined.initial()[0])
         self._others = found.others
         _, self._factors = self._ready(self._equations)

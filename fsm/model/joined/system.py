@@ -25,11 +25,10 @@ from fsm.model.bodies.configuration import Bodies
 from fsm.model.bodies.drive import PrescribedMotion, time_function
 from fsm.model.bodies.group import BlockSums, BodyPattern, Group
 from fsm.model.joined.configuration import JoinedConfiguration, Nodes
-from fsm.model.nodes.assembly import slots_of
 from fsm.model.nodes.facets.facet_group import FacetGroup
 from fsm.model.nodes.facets.pressure import PressedFaces, PressureGroup
 from fsm.model.nodes.group import ElementGroup, mass_data, set_held
-from fsm.model.system.condense import JoinedPattern, add_condensed, add_curvatures, fold_forces, joined_pattern
+from fsm.model.system.condense import add_condensed, add_curvatures, fold_forces
 from fsm.solve.interface.records import Energy, Linearised, LockedSprings, Observation, PreviousState, Ready
 from fsm.solve.stepping.model import ArrayModel
 from fsm.text.load_names import PRESSURE
@@ -75,9 +74,6 @@ class JoinedSystem(JoinedConfiguration):
         self._pressing: tuple[ElementGroup, ...] = (*self.pressures, *([] if chambers is None else [chambers]))
         self.elements = self.elements.under(self._pressing)
         self._array_near = self._near
-        self._joined: JoinedPattern | None = None
-        self._joined_of: BlockPattern | None = None
-        self._slots: list[np.ndarray] = []
 
     def variant(
         self, bodies: Bodies, motions: tuple[PrescribedMotion, ...], groups: tuple[Group, ...],
@@ -142,20 +138,14 @@ class JoinedSystem(JoinedConfiguration):
     @cached_property
     def _locked_model(self) -> JoinedModel:
         """Model with the locked directions alone, of the types of the whole model; the groups share their multipliers."""
-        from fsm.model.system.arrays_of import ContactModel  # imports the kernels of all steps
+        from fsm.model.joined.arrays_of import joined_of  # imports the kernels of all steps
+        from fsm.model.system.arrays_of import ContactModel
 
         alone = self.variant(self.bodies, self.motions, self.locking)
         pattern = alone._first_pattern()
-        return alone._model_of(pattern, alone._near.copy(), _alone, ContactModel(alone.contacts, pattern, True, 0), False)
+        return joined_of(alone, pattern, alone._near.copy(), _alone, ContactModel(alone.contacts, pattern, True, 0))
 
     # forces ---------------------------------------------------------------------------------------------------------
-
-    def _members(self, maps: np.ndarray) -> np.ndarray:
-        """Maps of the members of bodies and frames, (m, 6, 3); a body has its two halves."""
-        halves = np.zeros((self.n_free, 2, 6, 3))
-        halves[:, 0, range(3), range(3)] = 1.0
-        halves[:, 1, range(3, 6), range(3)] = 1.0
-        return np.concatenate([halves.reshape(-1, 6, 3), maps])
 
     def _generalised(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None, forces: np.ndarray,
@@ -202,20 +192,6 @@ class JoinedSystem(JoinedConfiguration):
     def locked_springs(self, t: float, q: np.ndarray) -> LockedSprings | None:
         """See `System`; springs between bodies and nodes keep their stiffness."""
         return None
-
-    def _pattern_of(self, bodies: BodyPattern) -> JoinedPattern:
-        if self._joined is None or self._joined_of is not bodies:
-            mesh, shift = self.elements.mesh, 2 * self.n_free
-            vectors = [group.vectors for group in self.elements.groups] + [part.vectors for part in mesh.masses]
-            joined = [vector // 3 + shift for vector in vectors if len(vector)]
-            self._joined = joined_pattern(self.nu // 3, bodies, self._first, self._rows, joined)
-            self._joined_of = bodies
-            pattern = self._joined.pattern
-            self._slots = [
-                slots_of(np.ascontiguousarray(group.vectors + self._nu), 3, pattern.indptr, pattern.indices)
-                for group in self.elements.groups
-            ]
-        return self._joined
 
     def _assembled(
         self,
@@ -399,22 +375,12 @@ class JoinedSystem(JoinedConfiguration):
     def _arrays_of(
         self, pattern: BodyPattern, ready: Ready, contacts: ContactModel
     ) -> tuple[ArrayModel, tuple[object, ...]]:
+        from fsm.model.joined.arrays_of import joined_of
         from fsm.model.system.array_kernels import KERNELS
 
         self._array_near = self._near.copy()
-        model, *arrays = self._model_of(pattern, self._array_near, ready, contacts, False)
+        model, *arrays = joined_of(self, pattern, self._array_near, ready, contacts)
         return ArrayModel.of(KERNELS, model, *self.initial()), tuple(arrays)
-
-    def _model_of(
-        self, pattern: BodyPattern, near: np.ndarray, ready: Ready, contacts: ContactModel, statics: bool
-    ) -> JoinedModel:
-        """Compiled model with a pattern between bodies and frames; `near` are the quaternions of frames."""
-        from fsm.model.joined.arrays_of import JoinedMatrix, joined_of
-
-        joined = self._pattern_of(pattern)
-        members = self._first, self._rows, self._members(np.zeros((len(self.frames.vectors), 6, 3)))
-        matrix, known = JoinedMatrix(pattern, joined, self._slots), ready(joined.pattern)
-        return joined_of(self, matrix, self._fixed, members, near, *known, contacts, statics)
 
     def _static_arrays_of(self, ready: Ready) -> StaticSegments | None:
         """See `SegmentSystem`; membrane efforts of flexible facets have no arrays in statics."""
@@ -422,14 +388,7 @@ class JoinedSystem(JoinedConfiguration):
             return None
         from fsm.model.joined.static_arrays import JoinedStatics  # imports the kernels of all steps
 
-        return JoinedStatics(self, self._first_pattern(), ready, self._static_model)
-
-    def _static_model(
-        self, pattern: BodyPattern, near: np.ndarray, ready: Ready, contacts: ContactModel
-    ) -> tuple[JoinedModel, BlockPattern]:
-        """Compiled model for statics, and the pattern of its equations."""
-        found = self._model_of(pattern, near, ready, contacts, True)
-        return found, self._pattern_of(pattern).pattern
+        return JoinedStatics(self, self._first_pattern(), ready)
 
     def to_arrays(self, resolve: bool) -> None:
         """See `System`: memory of contacts, and quaternions of the frames."""
