@@ -113,13 +113,13 @@ def of_bodies_alone(bodies: Segments) -> Joined:
     return Joined(bodies, None, np.zeros((0, 4), dtype=np.int64), bodies.flags, bodies.equations, None)
 
 
-@kernel
+@kernel(inline=True)
 def matrices_of(model: Joined) -> Matrices:
     """Matrices of the model."""
     return _matrices(model.nodes, model.bodies.table)
 
 
-@kernel
+@kernel(inline=True)
 def _matrices(nodes: Coordinates | None, table: np.ndarray) -> Matrices:
     if nodes is None:
         return Matrices(
@@ -135,7 +135,7 @@ def _matrices(nodes: Coordinates | None, table: np.ndarray) -> Matrices:
     )  # fmt: skip
 
 
-@kernel
+@kernel(inline=True)
 def sizes(model: Joined) -> tuple[int, int]:
     """Numbers of coordinates and of rates of the free bodies."""
     table = model.bodies.table
