@@ -45,7 +45,6 @@ def to_minimal(
     table, tree = model.table, tree_of(model.table)
     if tree.links.shape[0] == 0 or tree.links[0, joint_tree.CHILD] < 0:
         return 0, 0
-    floats_1d(table, at.INTERVAL)[at.HELD] = 1.0
     place(table, t, q, u)
     lock(model, 0.0)
     project(model, t, at.MEASURE)  # sets the multipliers to zero: the coordinates of joints need none

@@ -196,8 +196,7 @@ def find_multipliers(model: Segments, t: float, rate: np.ndarray, inside: bool) 
 
 @kernel
 def consistent(model: Segments, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, inside: bool) -> bool:
-    """See `fsm.solve.stepping.model`; ends a motion in minimal coordinates."""
-    floats_1d(model.table, rows.INTERVAL)[rows.HELD] = 0.0
+    """See `fsm.solve.stepping.model`."""
     if not lock(model, 0.0):
         return False
     few = inside and floats_1d(model.table, rows.INTERVAL)[rows.LOOPS] == 0.0

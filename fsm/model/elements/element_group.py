@@ -284,6 +284,10 @@ class ElementGroup(Group):
 
     # memory -----------------------------------------------------------------------------------------------------------
 
+    def hold(self, held: bool) -> None:
+        """See `System`; by default, forces of a step depend on the present state alone."""
+        return
+
     def part_of_step(self, at: BodyState, step: float) -> float:
         """Part of a step that ends at a state up to its first event; 2 without one."""
         return self._alone.call("part", at.t, step, at.poses, at.rates, at.rates) or 2.0

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +14,8 @@ from fsm.kernels.pointers import enter
 from fsm.solve.interface.records import Observation
 from fsm.solve.interface.system import System
 from fsm.solve.stepping import explicit
-from fsm.solve.stepping.explicit import ExplicitMotion, ExplicitRules, Through
+from fsm.solve.stepping.explicit import Through
+from fsm.solve.stepping.explicit_stages import ExplicitMotion, ExplicitRules
 from fsm.solve.stepping.generalized_alpha import LONGEST, MAX_STEP, STARTED, STEP_SIZE
 from fsm.solve.stepping.march import BALANCE
 from fsm.solve.stepping.model import CREASES, DRIVES, PANELS
@@ -89,6 +91,25 @@ class Explicit(StepMethod):
                 np.ascontiguousarray, (DOP853.C_EXTRA, DOP853.A_EXTRA, DOP853.D)
             ),
         )  # fmt: skip
+
+    def step(self, until: float) -> None:
+        """See `StepMethod`."""
+        with self._held():
+            super().step(until)
+
+    def march(self, balance: np.ndarray, until: float, most: int, every: bool = False) -> np.ndarray:
+        """See `StepMethod`."""
+        with self._held():
+            return super().march(balance, until, most, every)
+
+    @contextmanager
+    def _held(self) -> Iterator[None]:
+        """Steps of this method end at events."""
+        self.system.hold(True)
+        try:
+            yield
+        finally:
+            self.system.hold(False)
 
     def march_through(self, balance: np.ndarray, times: np.ndarray, most: int, memory: Sequence[np.ndarray]) -> None:
         """Take at most `most` steps through given times in one kernel, and keep the states there; see `passed`.
