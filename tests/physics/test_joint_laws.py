@@ -32,12 +32,11 @@ def parallelogram(inertia: float, rate: float = 0.0, end: float = 1.0, every: fl
         for name, x in (("left", 0.0), ("right", 0.5))
     ]
     coupler = body("coupler", [0.25, 0.2, 0], [1e-3 * parts] * 3, mass=0.175 * parts, velocity=moving)
-    ends = [("pin", "ground", "left"), ("second", "left", "coupler"), ("third", "coupler", "right"), ("last", "ground", "right")]
-    places = [0.0, 0.0], [0.0, 0.2], [0.5, 0.2], [0.5, 0.0]
-    joints = [
-        joint(name, "revolute", first, second, [*at, 0.0], axis=[0, 0, 1])
-        for (name, first, second), at in zip(ends, places, strict=True)
-    ]
+    ends = [
+        ("pin", "ground", "left", [0.0, 0.0, 0.0]), ("second", "left", "coupler", [0.0, 0.2, 0.0]),
+        ("third", "coupler", "right", [0.5, 0.2, 0.0]), ("last", "ground", "right", [0.5, 0.0, 0.0]),
+    ]  # fmt: skip
+    joints = [joint(name, "revolute", first, second, at, axis=[0, 0, 1]) for name, first, second, at in ends]
     return mechanism([*arms, coupler], [joints[0] | keys, *joints[1:]], end, every)
 
 

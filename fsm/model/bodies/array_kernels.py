@@ -22,10 +22,10 @@ from fsm.model.bodies.array_forces import (
     accepted_part,
     energies,
     force,
+    forces_and_powers,
     part_before_event,
     place,
     powers,
-    present_powers,
     renewed_force,
     retract,
     sum_forces,
@@ -63,12 +63,13 @@ def minimal_rates(
     table, tree = model.table, tree_of(model.table)
     poses, rates = floats_2d(table, at.POSES), floats_2d(table, at.RATES)
     joint_tree.place_links(tree, y, v, poses, rates)
-    sum_forces(model, t, 0.0)
+    put_in = lost = 0.0
+    if counts:
+        put_in, lost = forces_and_powers(model, t, of_pairs, drive_force)
+    else:
+        sum_forces(model, t, 0.0)
     good = joint_tree.accelerate(tree, poses, floats_2d(table, at.INERTIA), floats_2d(table, at.FORCE), of_v)
     joint_tree.coordinate_rates(tree, y, v, of_y)
-    if not counts:
-        return good, 0.0, 0.0
-    put_in, lost = present_powers(model, t, of_pairs, drive_force)
     return good, put_in, lost
 
 

@@ -151,7 +151,7 @@ class Segments(NamedTuple):
     flags : (3,) int array, see `fsm.kernels.block_equations`
     groups : (k, 2) int array
         Tables of the contacts of each geometry; see `fsm.model.bodies.contact_arrays`.
-    elements : (m, 12) int array
+    elements : (m, 13) int array
         Addresses of the kernels of each group of elements (`fsm.model.elements.element_group.ElementKernels`).
     element_tables : (m, n, 4) int array
         Tables of the groups of elements.
@@ -175,7 +175,7 @@ FREE, MASS, INERTIA, WEIGHT, POSES, RATES, FORCE, STIFFNESS, DAMPING, MATRIX, FA
 FORCE_SCALE, PAIR_ENERGY, BEFORE, KEPT_STIFFNESS, KEPT_DAMPING, LAST_Q, INTERVAL, DOF, STORED, PATTERN = range(12, 22)
 """Rows of `Segments.table`."""
 FORCE_BY, TANGENT_BY, KEEP_BY, STORED_BY, LOST_BY, ACCEPT_BY, LOCK_BY, ADVANCE_BY, PROJECT_BY, PART_BY = range(10)
-TAKE_UP_BY = 10
+TAKE_UP_BY, BOTH_BY = 10, 12
 """Columns of `Segments.elements`."""
 LOOPS, GAS = 6, 4
 """Indices of `Arrays.interval`, and of `Arrays.stored`."""

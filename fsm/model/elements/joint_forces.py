@@ -59,17 +59,34 @@ def _holds(own: np.ndarray) -> float:
     return -floats_1d(own, law.HELD)[0]
 
 
-@kernel
-def _force(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+@kernel(inline=True)
+def _push(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> tuple[float, float]:
+    """Add the forces; returns the dissipated power and the input power, both at the rates of the forces."""
     force, bodies, gradient, hessian = floats_2d(table, FORCE), bodies_of(own), np.empty(12), np.empty((0, 12))
-    held = _holds(own)
+    held, total, power = _holds(own), 0.0, 0.0
     for i in range(bodies.shape[0]):
         c = _coordinate(floats_2d(table, POSES), own, i, gradient, hessian)
-        effort = law.law_at(own, i, t, c, _rate_or_mean(table, own, i, c, gradient, per_second), held)[0]
+        rate = _rate_or_mean(table, own, i, c, gradient, per_second)
+        effort, _, _, _, lost, put_in = law.law_at(own, i, t, c, rate, held)
+        total += lost
+        power += put_in
         for side in range(2):
             for k in range(6):
                 force[bodies[i, side], k] -= effort * gradient[6 * side + k]
+    return total, power
+
+
+@kernel
+def _force(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+    _push(table, own, t, per_second)
     return 0.0
+
+
+@kernel
+def _both(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+    lost, put_in = _push(table, own, t, 0.0)
+    floats_1d(table, STORED)[2] += put_in
+    return lost
 
 
 @kernel
@@ -181,7 +198,7 @@ def joint_states(own: np.ndarray, poses: np.ndarray, rates: np.ndarray, t: float
         found[i, 5] = law.motor(own, i, t, rate)[0]
 
 
-_KERNELS = ElementKernels(_force, _tangent, _keep, _stored, _lost, _accept, part=_part)
+_KERNELS = ElementKernels(_force, _tangent, _keep, _stored, _lost, _accept, part=_part, both=_both)
 
 
 @dataclass(frozen=True)

@@ -287,7 +287,7 @@ def _pace(system: SegmentForces) -> float:
 
 
 def _addresses(elements: list[ElementArrays]) -> tuple[np.ndarray, np.ndarray]:
-    """Addresses (m, 12) of the kernels of all groups of elements, and their tables (m, n, 4)."""
+    """Addresses (m, 13) of the kernels of all groups of elements, and their tables (m, n, 4)."""
     kernels = np.zeros((len(elements), len(ElementKernels._fields)), dtype=np.int64)
     tables = np.zeros((len(elements), max((len(one.arrays) for one in elements), default=0), 4), dtype=np.int64)
     for row, own, one in zip(kernels, tables, elements, strict=True):

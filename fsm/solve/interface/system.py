@@ -290,7 +290,7 @@ class System(Protocol):
         return None
 
     def hold(self, held: bool) -> None:
-        """Let forces be smooth up to the first event of a step, if `held`, or jump in the step that passes it, as at first."""
+        """Let forces be smooth up to the first event of a step, if `held`, or jump where it is, as at first."""
         return
 
     def part_before_event(self, t: float, q: np.ndarray, u: np.ndarray, step: float) -> float:

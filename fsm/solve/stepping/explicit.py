@@ -196,7 +196,8 @@ def _weighed(
 ) -> float:
     """Sum of the squares of the errors of increments and velocities over their tolerances, at the new coordinates y."""
     speeds = motion.counts[SPEEDS] if motion.counts[SPEEDS] > 0 else motion.u.shape[0]
-    of_q, of_u = sum_rates(np.zeros(y.shape[0]), motion.of_q, weights, h), sum_rates(np.zeros(speeds), motion.of_u, weights, h)
+    of_q = sum_rates(np.zeros(y.shape[0]), motion.of_q, weights, h)
+    of_u = sum_rates(np.zeros(speeds), motion.of_u, weights, h)
     if motion.counts[SPEEDS] > 0:
         calls.from_minimal_changes(model, y, of_q, of_u, motion.moved, motion.faster)
         of_q, of_u = motion.moved, motion.faster

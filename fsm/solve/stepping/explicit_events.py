@@ -129,8 +129,7 @@ def _place_between(
     model: Any, motion: ExplicitMotion, rules: ExplicitRules, h: float, at: float, last: np.ndarray, faster: np.ndarray,
     y: np.ndarray, v: np.ndarray, q: np.ndarray, u: np.ndarray,
 ) -> float:  # fmt: skip
-    """Write the state at a part of a step that ends at (last, faster); returns the longest step that resolves the turns, s.
-    """
+    """Write the state at a part of a step that ends at (last, faster); returns the longest step that resolves turns, s."""
     start, slower = state_of(motion)
     for k in range(y.shape[0]):
         y[k] = _interpolated(start[k], last[k], motion.of_q, k, rules.between, h, at)

@@ -14,8 +14,8 @@ from fsm.solve.stepping import model as calls
 from fsm.solve.stepping.vectors import copy_into
 
 COORDINATES, SPEEDS = 11, 12
-"""Indices of `ExplicitMotion.counts` after those of `fsm.solve.stepping.generalized_alpha`: numbers of minimal coordinates and
-of their rates, zero without them."""
+"""Indices of `ExplicitMotion.counts` after those of `fsm.solve.stepping.generalized_alpha`: numbers of minimal coordinates
+and of their rates, zero without them."""
 STAGES = 12
 """Stages of a step."""
 
@@ -138,8 +138,8 @@ def evaluate_stage(
 def place_bodies(
     model: Any, motion: ExplicitMotion, t: float, y: np.ndarray, v: np.ndarray, q: np.ndarray, u: np.ndarray
 ) -> tuple[bool, float]:
-    """Write the bodies (q, u) of a state (y, v) at the end of a step. Without minimal coordinates the state is projected, and
-    the motion gets its acceleration. Returns false if the mass is singular; then the longest step that resolves the turns, s.
+    """Write the bodies (q, u) of a state (y, v) at the end of a step. Without minimal coordinates it is projected, and
+    the motion gets its acceleration. Returns false if the mass is singular; then the longest step that resolves turns, s.
     """
     if motion.counts[SPEEDS] > 0:
         return True, calls.from_minimal(model, y, v, q, u)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +25,16 @@ from fsm.solve.time.array_steps import StepMethod
 _MOST_NUMBERS = 500_000
 """Largest number of values of all states that a kernel keeps at a time."""
 _NO_STATES, _NO_MEMORY = np.zeros((0, 0)), np.zeros((0, ROW), dtype=np.int64)
+
+
+@cache
+def _tables() -> list[np.ndarray]:
+    """Nodes, weights, table of the stages and weights of both errors; the same of the interpolation without errors."""
+    from scipy.integrate import DOP853
+
+    count = len(DOP853.B)
+    stages = DOP853.C[:count], DOP853.B, DOP853.A[:count, :count], DOP853.E5[:count], DOP853.E3[:count]
+    return [np.ascontiguousarray(each) for each in (*stages, DOP853.C_EXTRA, DOP853.A_EXTRA, DOP853.D)]
 
 
 class PassedState(NamedTuple):
@@ -64,13 +75,11 @@ class Explicit(StepMethod):
         self, system: System, t: float, q: np.ndarray, u: np.ndarray, rtol: float, max_step: float = math.inf,
         observed: Observation | None = None,
     ) -> None:  # fmt: skip
-        from scipy.integrate import DOP853
-
         sizes, counts, still = np.zeros(11), np.zeros(13, dtype=np.int64), np.zeros(len(u))
         sizes[MAX_STEP], sizes[LONGEST] = max_step, math.inf
-        observed, stages = observed or system.observe(t, q, u), len(DOP853.B)
+        observed, (nodes, weights, *further) = observed or system.observe(t, q, u), _tables()
         q, u = np.array(q, dtype=float), np.array(u, dtype=float)
-        more = stages + 1 + len(DOP853.C_EXTRA)
+        more = len(weights) + 1 + len(further[-3])
         of_q, of_u = np.zeros((more, len(q))), np.zeros((more, len(u)))
         y, at_q = np.zeros((2, len(q)))
         v, at_u, moved, faster = np.zeros((4, len(u)))
@@ -81,15 +90,9 @@ class Explicit(StepMethod):
         )  # fmt: skip
         super().__init__(system, t, q, motion, True)
         scales = system.scales()
-        nodes, weights, table, fifth, third = (
-            np.ascontiguousarray(each[..., :stages]) for each in
-            (DOP853.C[:stages], DOP853.B, DOP853.A[:stages, :stages], DOP853.E5, DOP853.E3)
-        )  # fmt: skip
         self.rules = ExplicitRules(
-            rtol, nodes, weights, table, fifth, third, rtol * scales.increment, scales.velocity, scales.increment,
-            np.array(sorted(system.break_times()), dtype=float), *map(
-                np.ascontiguousarray, (DOP853.C_EXTRA, DOP853.A_EXTRA, DOP853.D)
-            ),
+            rtol, nodes, weights, *further[:3], rtol * scales.increment, scales.velocity, scales.increment,
+            np.array(sorted(system.break_times()), dtype=float), *further[3:],
         )  # fmt: skip
 
     def step(self, until: float) -> None:
