@@ -28,13 +28,15 @@ _NO_STATES, _NO_MEMORY = np.zeros((0, 0)), np.zeros((0, ROW), dtype=np.int64)
 
 
 @cache
-def _tables() -> list[np.ndarray]:
-    """Nodes, weights, table of the stages and weights of both errors; the same of the interpolation without errors."""
+def _tables() -> ExplicitRules:
+    """Constants of the method, without tolerances, scales and times."""
     from scipy.integrate import DOP853
 
-    count = len(DOP853.B)
+    count, none = len(DOP853.B), np.zeros(0)
     stages = DOP853.C[:count], DOP853.B, DOP853.A[:count, :count], DOP853.E5[:count], DOP853.E3[:count]
-    return [np.ascontiguousarray(each) for each in (*stages, DOP853.C_EXTRA, DOP853.A_EXTRA, DOP853.D)]
+    nodes, weights, table, fifth, third = (np.ascontiguousarray(each) for each in stages)
+    between = (np.ascontiguousarray(each) for each in (DOP853.C_EXTRA, DOP853.A_EXTRA, DOP853.D))
+    return ExplicitRules(0.0, nodes, weights, table, fifth, third, none, none, none, none, *between)
 
 
 class PassedState(NamedTuple):
@@ -77,9 +79,9 @@ class Explicit(StepMethod):
     ) -> None:  # fmt: skip
         sizes, counts, still = np.zeros(11), np.zeros(13, dtype=np.int64), np.zeros(len(u))
         sizes[MAX_STEP], sizes[LONGEST] = max_step, math.inf
-        observed, (nodes, weights, *further) = observed or system.observe(t, q, u), _tables()
+        observed, tables = observed or system.observe(t, q, u), _tables()
         q, u = np.array(q, dtype=float), np.array(u, dtype=float)
-        more = len(weights) + 1 + len(further[-3])
+        more = tables.between.shape[1]
         of_q, of_u = np.zeros((more, len(q))), np.zeros((more, len(u)))
         y, at_q = np.zeros((2, len(q)))
         v, at_u, moved, faster = np.zeros((4, len(u)))
@@ -90,9 +92,9 @@ class Explicit(StepMethod):
         )  # fmt: skip
         super().__init__(system, t, q, motion, True)
         scales = system.scales()
-        self.rules = ExplicitRules(
-            rtol, nodes, weights, *further[:3], rtol * scales.increment, scales.velocity, scales.increment,
-            np.array(sorted(system.break_times()), dtype=float), *further[3:],
+        self.rules = tables._replace(
+            rtol=rtol, tolerance=rtol * scales.increment, velocity=scales.velocity, increment=scales.increment,
+            breaks=np.array(sorted(system.break_times()), dtype=float),
         )  # fmt: skip
 
     def step(self, until: float) -> None:
