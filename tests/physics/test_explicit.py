@@ -113,9 +113,10 @@ def ends(case: dict[str, Any], rtol: float, duration: float) -> list[np.ndarray]
     return found
 
 
-def test_explicit_steps_in_python_are_the_compiled_ones() -> None:
-    """With a second hinge, which repeats the first one, the joints form a loop."""
-    case = panel(spring={"stiffness": 12.0}, damper={"coefficient": 0.6})
+@pytest.mark.parametrize("limit", [{}, {"stop": {"upper": 0.3, "stiffness": 4e3, "damping": 4.0}}])
+def test_explicit_steps_in_python_are_the_compiled_ones(limit: dict[str, Any]) -> None:
+    """With a second hinge, which repeats the first one, the joints form a loop; with a stop, steps end at events."""
+    case = panel(spring={"stiffness": 12.0}, damper={"coefficient": 0.6}, **limit)
     case["scene"]["joints"].append(
         {"name": "other", "kind": "revolute", "first": "panel", "second": "ground", "at": [0, 0.3, 0], "axis": [0, 1, 0]}
     )

@@ -24,6 +24,25 @@ def flywheel(inertia: float = 2.0, rate: float = 0.0, end: float = 1.0, every: f
     return mechanism([wheel], [pin | keys], end, every)
 
 
+def parallelogram(inertia: float, rate: float = 0.0, end: float = 1.0, every: float = 0.01, **keys: Any) -> dict[str, Any]:
+    """A loop with the equation of motion of `flywheel`: two arms and a coupler on vertical axes."""
+    turning, moving, parts = {"angular_velocity": [0.0, 0.0, rate]}, [-0.2 * rate, 0.0, 0.0], 100.0 * inertia
+    arms = [
+        body(name, [x, 0.1, 0], [5e-4 * parts] * 3, mass=0.1 * parts, velocity=[-0.1 * rate, 0.0, 0.0], **turning)
+        for name, x in (("left", 0.0), ("right", 0.5))
+    ]
+    coupler = body("coupler", [0.25, 0.2, 0], [1e-3 * parts] * 3, mass=0.175 * parts, velocity=moving)
+    ends = [
+        ("pin", "ground", "left", [0.0, 0.0, 0.0]), ("second", "left", "coupler", [0.0, 0.2, 0.0]),
+        ("third", "coupler", "right", [0.5, 0.2, 0.0]), ("last", "ground", "right", [0.5, 0.0, 0.0]),
+    ]  # fmt: skip
+    joints = [joint(name, "revolute", first, second, at, axis=[0, 0, 1]) for name, first, second, at in ends]
+    return mechanism([*arms, coupler], [joints[0] | keys, *joints[1:]], end, every)
+
+
+_TREE_AND_LOOP = pytest.mark.parametrize("turning", [flywheel, parallelogram])
+
+
 def ball(spring: dict[str, Any], mass_at: float, end: float, gravity: bool = False, speed: float = 0.0) -> dict[str, Any]:
     """A ball of 1 kg on a spring along x, with a guide."""
     one = body("ball", [mass_at, 0, 0], [0.1, 0.1, 0.1], velocity=[speed, 0.0, 0.0])
@@ -209,21 +228,40 @@ def test_a_load_changes_the_restitution_as_stated(restitution: float, tmp_path: 
     assert "sqrt(k J) = 89.4 N m s/rad: 4 N m, as at the start, by 1 % and more below" in line
 
 
-def test_a_latch_opens_at_its_moment(tmp_path: Path) -> None:
+@_TREE_AND_LOOP
+def test_a_latch_opens_at_its_moment(turning: Any, tmp_path: Path) -> None:
     """Latched at 0.1 rad by a motor; then the motor pulls back, more and more, until the latch opens at 40 N m."""
     latch = {"at": 0.1, "stiffness": 5e4, "damping": 60.0, "rate_below": "none", "opens_at": "40 N m"}
     table = {"kind": "table", "time": [0.0, 0.2, 0.3, 2.3], "value": [0.002, 0.002, 0.0, -1.0]}
     stop = {"upper": 0.1, "stiffness": 5e4, "damping": 60.0}
     motor = {"torque": 100.0, "time": table}
-    result = run(flywheel(inertia=0.01, end=1.2, every=0.01, latch=latch, stop=stop, motor=motor), tmp_path)
+    result = run(turning(inertia=0.01, end=1.2, every=0.01, latch=latch, stop=stop, motor=motor), tmp_path)
     latched, angle = of(result, "joint.pin.latched"), of(result, "joint.pin.angle")
     assert latched[0] == 0.0 and latched[result.time < 1.05][-1] == 1.0 and latched[-1] == 0.0
     opened = result.time[np.flatnonzero(latched)[-1] + 1]
     assert opened == pytest.approx(0.3 + 2.0 * 0.4, abs=0.011)
+    assert result.summary["joint_events"][-1]["time"] == pytest.approx(0.3 + 2.0 * 0.4, abs=1e-6)
     assert angle[-1] < 0.0
     assert result.summary["energy_error"] < 1e-6  # the energy of the latch is dissipated
     fast = run(flywheel(rate=1.0, end=0.2, latch=latch | {"rate_below": 0.5}), tmp_path / "fast")
     assert not of(fast, "joint.pin.latched").any()
+
+
+@_TREE_AND_LOOP
+@pytest.mark.parametrize("rtol", [1e-7, 1e-9])
+def test_a_latch_opens_at_once_if_its_damper_is_too_strong(turning: Any, rtol: float, tmp_path: Path) -> None:
+    """An elastic stop throws the mechanism back against the latch; the damper alone has 60 N m there, and it opens at 40."""
+    latch = {"at": 0.1, "play": 0.01, "stiffness": 5e4, "damping": 60.0, "opens_at": "40 N m"}
+    stop = {"upper": 0.12, "stiffness": 4e3, "restitution": 1.0}
+    case = turning(inertia=2.0, rate=1.0, end=0.4, latch=latch, stop=stop)
+    case["solve"]["rtol"] = rtol
+    result = run(case, tmp_path)
+    closes, hit, opens = result.summary["joint_events"]
+    assert (closes["what"], hit["what"], opens["what"]) == ("latch closes", "stop is hit", "latch opens")
+    assert (closes["time"], hit["time"]) == pytest.approx((0.1, 0.12), abs=1e-8)
+    assert opens["time"] == pytest.approx(0.12 + math.pi * math.sqrt(2.0 / 4e3) + 0.03, abs=1e-6)
+    assert of(result, "joint.pin.rate")[-1] == pytest.approx(-1.0, abs=1e-6)
+    assert result.summary["energy_error"] < 1e-6
 
 
 # motors, screw ----------------------------------------------------------------------------------------------------------

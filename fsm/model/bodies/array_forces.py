@@ -71,17 +71,32 @@ def _set_simple_forces(table: np.ndarray, t: float) -> None:
 @kernel
 def sum_forces(model: Segments, t: float, per_second: float) -> None:
     """Write the forces on all bodies at the present poses; `per_second` as for the kernels of elements."""
-    table = model.table
+    _sum_forces(model, t, per_second, False)
+
+
+@kernel
+def _sum_forces(model: Segments, t: float, per_second: float, counts: bool) -> float:
+    """Write the forces on all bodies, and, if it `counts`, what `_sum_losses` does."""
+    table, lost = model.table, 0.0
     poses, rates, total = floats_2d(table, at.POSES), floats_2d(table, at.RATES), floats_2d(table, at.FORCE)
     _set_simple_forces(table, t)
     springs = springs_of(table)
     model.by_springs.force(poses, rates, springs.bodies, springs.constants, springs.last, per_second, total)
+    if counts:
+        floats_1d(table, at.STORED)[:] = 0.0
     for k in range(model.elements.shape[0]):
-        call_at(model.elements[k, at.FORCE_BY], table, model.element_tables[k], t, per_second)
+        own, both = model.element_tables[k], model.elements[k, at.BOTH_BY]
+        if counts and both != 0:
+            lost += call_at(both, table, own, t, 0.0)
+            continue
+        call_at(model.elements[k, at.FORCE_BY], table, own, t, per_second)
+        if counts:
+            lost += call_at(model.elements[k, at.LOST_BY], table, own, t, 0.0)
     if model.groups.shape[0] > 0:
         model.by_contacts.force(table, model.groups, model.contact_laws, t, per_second > 0.0)
     if poses.shape[1] == 7:
         add_gyroscopic(rates, floats_2d(table, at.INERTIA), total)
+    return lost
 
 
 @kernel
@@ -198,19 +213,42 @@ def present_energies(
 
 
 @kernel
+def forces_and_powers(
+    model: Segments, t: float, of_pairs: np.ndarray, drive_force: np.ndarray
+) -> tuple[float, float]:
+    """Write the forces on all bodies, and return the powers, at the present poses and rates."""
+    return _powers(model, t, of_pairs, drive_force, _sum_forces(model, t, 0.0, True))
+
+
+@kernel
 def present_powers(
     model: Segments, t: float, of_pairs: np.ndarray, drive_force: np.ndarray
 ) -> tuple[float, float]:
-    """See `powers` of `fsm.solve.stepping.model`, at the present poses and rates."""
+    """Powers at the present poses and rates, as `powers`."""
+    return _powers(model, t, of_pairs, drive_force, _sum_losses(model, t))
+
+
+@kernel
+def _sum_losses(model: Segments, t: float) -> float:
+    """Dissipated power of the elements at the present rates; the power that they put in is written to row `STORED`."""
+    lost = 0.0
+    floats_1d(model.table, at.STORED)[:] = 0.0
+    for k in range(model.elements.shape[0]):
+        lost += call_at(model.elements[k, at.LOST_BY], model.table, model.element_tables[k], t, 0.0)
+    return lost
+
+
+@kernel
+def _powers(
+    model: Segments, t: float, of_pairs: np.ndarray, drive_force: np.ndarray, of_elements: float
+) -> tuple[float, float]:
+    """Powers as `powers`, with the dissipated power of the elements."""
     table = model.table
     poses, rates, s = floats_2d(table, at.POSES), floats_2d(table, at.RATES), springs_of(table)
     _, lost = model.by_springs.stored(
         poses, rates, s.bodies, s.constants, s.last, 0.0, s.category, s.in_panels.shape[0]
     )
-    of_elements = floats_1d(table, at.STORED)
-    of_elements[:] = 0.0
-    for k in range(model.elements.shape[0]):
-        lost += call_at(model.elements[k, at.LOST_BY], table, model.element_tables[k], t, 0.0)
+    lost += of_elements
     if model.groups.shape[0] > 0:
         lost += model.by_contacts.losses(table, model.groups, model.contact_laws, t, of_pairs)
     count = drive_force.shape[0]
@@ -218,7 +256,7 @@ def present_powers(
     put_in, _ = input_powers(model, t, record)
     for k in range(count):
         drive_force[k] += record[DRIVES + count + k]
-    return put_in + of_elements[2], lost
+    return put_in + floats_1d(table, at.STORED)[2], lost
 
 
 @kernel

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fsm.interactions import joint_tree
-from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d
+from fsm.kernels.addresses import floats_2d, integers_1d
 from fsm.kernels.jit import kernel
 from fsm.model.bodies import arrays as at
-from fsm.model.bodies.array_forces import place, present_powers, sum_forces
+from fsm.model.bodies.array_forces import forces_and_powers, place, sum_forces
 from fsm.model.bodies.array_locked import lock, project
 from fsm.model.bodies.arrays import tree_of
 
@@ -29,7 +29,6 @@ def to_minimal(
     table, tree = model.table, tree_of(model.table)
     if tree.links.shape[0] == 0 or tree.links[0, joint_tree.CHILD] < 0:
         return 0, 0
-    floats_1d(table, at.INTERVAL)[at.HELD] = 1.0
     place(table, t, q, u)
     lock(model, 0.0)
     project(model, t, at.MEASURE)  # sets the multipliers to zero: the coordinates of joints need none
@@ -49,12 +48,13 @@ def minimal_rates(
     table, tree = model.table, tree_of(model.table)
     poses, rates = floats_2d(table, at.POSES), floats_2d(table, at.RATES)
     joint_tree.place_links(tree, y, v, poses, rates)
-    sum_forces(model, t, 0.0)
+    put_in = lost = 0.0
+    if counts:
+        put_in, lost = forces_and_powers(model, t, of_pairs, drive_force)
+    else:
+        sum_forces(model, t, 0.0)
     good = joint_tree.accelerate(tree, poses, floats_2d(table, at.INERTIA), floats_2d(table, at.FORCE), of_v)
     joint_tree.coordinate_rates(tree, y, v, of_y)
-    if not counts:
-        return good, 0.0, 0.0
-    put_in, lost = present_powers(model, t, of_pairs, drive_force)
     return good, put_in, lost
 
 

@@ -86,11 +86,11 @@ class Arrays(NamedTuple):
     kept_stiffness, kept_damping : block data, see `fsm.solve.stepping.model.keep_tangent`
     last_q : (nq,) array
         Configuration of the last state in statics.
-    interval : (8,) array
+    interval : (7,) array
         Time in statics, and time since the last state, first as zero if no force depends on rates; time of the last state
         (s). Part of the time in `System.progress`, per second; zero if the progress is the time.
         Inverse of the length of bodies with locked directions (1/m), whose moments count as reactions; zero without.
-        One if locked directions form loops, else zero. One in motions in minimal coordinates, else zero.
+        One if locked directions form loops, else zero.
     dof : (n_bodies,) int array, see `BodyPattern`
     stored : (5,) array, J and W
         Energies of elements in panels and in creases, power that elements put into the system, power that their
@@ -151,7 +151,7 @@ class Segments(NamedTuple):
     flags : (3,) int array, see `fsm.kernels.block_equations`
     groups : (k, 2) int array
         Tables of the contacts of each geometry; see `fsm.model.bodies.contact_arrays`.
-    elements : (m, 12) int array
+    elements : (m, 13) int array
         Addresses of the kernels of each group of elements (`fsm.model.elements.element_group.ElementKernels`).
     element_tables : (m, n, 4) int array
         Tables of the groups of elements.
@@ -175,9 +175,9 @@ FREE, MASS, INERTIA, WEIGHT, POSES, RATES, FORCE, STIFFNESS, DAMPING, MATRIX, FA
 FORCE_SCALE, PAIR_ENERGY, BEFORE, KEPT_STIFFNESS, KEPT_DAMPING, LAST_Q, INTERVAL, DOF, STORED, PATTERN = range(12, 22)
 """Rows of `Segments.table`."""
 FORCE_BY, TANGENT_BY, KEEP_BY, STORED_BY, LOST_BY, ACCEPT_BY, LOCK_BY, ADVANCE_BY, PROJECT_BY, PART_BY = range(10)
-TAKE_UP_BY = 10
+TAKE_UP_BY, BOTH_BY = 10, 12
 """Columns of `Segments.elements`."""
-LOOPS, HELD, GAS = 6, 7, 4
+LOOPS, GAS = 6, 4
 """Indices of `Arrays.interval`, and of `Arrays.stored`."""
 MEASURE, BEND, CLOSE, AT_RATES, AT_ACCELERATIONS, KEEP, SWAP, AT_GIVEN = range(8)
 STEP, AGAIN, WORK, LARGEST = 0.0, 1.0, 2.0, 3.0

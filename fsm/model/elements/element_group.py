@@ -46,7 +46,8 @@ class ElementKernels(NamedTuple):
     the factor by which a step that passes an event is shortened, or 0 to accept it. `lock`, `advance` and `project` belong
     to elements with locked directions, whose efforts are multipliers (`fsm.model.elements.joints`). `take_up` belongs to
     locked directions of springs (`fsm.model.elements.spring_locks`). `force_rate`, which only Python calls, adds
-    the explicit time derivative of the forces at rest.
+    the explicit time derivative of the forces at rest. `both` does what `force` and `lost` do at the present rates, from one
+    evaluation of the laws; for kinds without it both are called.
     """
 
     force: Any
@@ -61,13 +62,15 @@ class ElementKernels(NamedTuple):
     part: Any = nothing
     take_up: Any = nothing
     force_rate: Any = nothing
+    both: Any = nothing
 
     def addresses(self) -> list[int]:
         """Addresses of all kernels."""
         example = np.zeros((1, ROW), dtype=np.int64)
         arguments = example, example, 0.0, 0.0
         pointers(self, ElementKernels(*[arguments] * len(self)))
-        return [address_of(each, *arguments) for each in self]
+        found = [address_of(each, *arguments) for each in self]
+        return found if self.both is not nothing else [*found[:-1], 0]
 
 
 class ElementArrays(NamedTuple):
@@ -283,6 +286,10 @@ class ElementGroup(Group):
         return
 
     # memory -----------------------------------------------------------------------------------------------------------
+
+    def hold(self, held: bool) -> None:
+        """See `System`; by default, forces of a step depend on the present state alone."""
+        return
 
     def part_of_step(self, at: BodyState, step: float) -> float:
         """Part of a step that ends at a state up to its first event; 2 without one."""

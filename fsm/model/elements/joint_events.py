@@ -104,7 +104,7 @@ def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> flo
     if law[laws.STOP] > 0.0 and outside and memory[laws.IN_STOP * m + i] == 0.0:
         limit = law[laws.LOWER] if c < law[laws.LOWER] else law[laws.UPPER]
         way = abs(c - c_before)
-        back = abs(c - limit) / way if way > abs(c - limit) else 0.0
+        back = abs(c - limit) / way if way >= abs(c - limit) else 0.0
         sign = -1.0 if c < law[laws.LOWER] else 1.0
         impact = abs(rate) if laws.before_stops(own, i, c) else impact
         # a coordinate that rests on a stop, as at the start, does not hit it

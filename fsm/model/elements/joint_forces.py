@@ -20,7 +20,7 @@ from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d
 from fsm.kernels.jit import kernel
 from fsm.kernels.programs import Program, table_of
 from fsm.kernels.scatter import add_block
-from fsm.model.bodies.arrays import DAMPING, DOF, FORCE, HELD, INTERVAL, POSES, RATES, STIFFNESS, STORED, pattern_of
+from fsm.model.bodies.arrays import DAMPING, DOF, FORCE, POSES, RATES, STIFFNESS, STORED, pattern_of
 from fsm.model.elements import joint_laws as law
 from fsm.model.elements.element_group import LAST, ElementGroup, ElementKernels, bodies_of
 from fsm.model.elements.joint_events import WORDS, note_events, part_before_event
@@ -54,23 +54,39 @@ def _rate_or_mean(table: np.ndarray, own: np.ndarray, i: int, c: float, gradient
 
 
 @kernel(inline=True)
-def _holds(table: np.ndarray) -> float:
-    """-1 in motions in minimal coordinates, whose steps end at events, else 0; see `law_at`."""
-    interval = floats_1d(table, INTERVAL)  # a group alone has none
-    return -1.0 if interval.shape[0] > 0 and interval[HELD] > 0.0 else 0.0
+def _holds(own: np.ndarray) -> float:
+    """-1 in motions whose forces are smooth up to the first event of a step, else 0; see `law_at`."""
+    return -floats_1d(own, law.HELD)[0]
+
+
+@kernel(inline=True)
+def _push(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> tuple[float, float]:
+    """Add the forces; returns the dissipated power and the input power, both at the rates of the forces."""
+    force, bodies, gradient, hessian = floats_2d(table, FORCE), bodies_of(own), np.empty(12), np.empty((0, 12))
+    held, total, power = _holds(own), 0.0, 0.0
+    for i in range(bodies.shape[0]):
+        c = _coordinate(floats_2d(table, POSES), own, i, gradient, hessian)
+        rate = _rate_or_mean(table, own, i, c, gradient, per_second)
+        effort, _, _, _, lost, put_in = law.law_at(own, i, t, c, rate, held)
+        total += lost
+        power += put_in
+        for side in range(2):
+            for k in range(6):
+                force[bodies[i, side], k] -= effort * gradient[6 * side + k]
+    return total, power
 
 
 @kernel
 def _force(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    force, bodies, gradient, hessian = floats_2d(table, FORCE), bodies_of(own), np.empty(12), np.empty((0, 12))
-    held = _holds(table)
-    for i in range(bodies.shape[0]):
-        c = _coordinate(floats_2d(table, POSES), own, i, gradient, hessian)
-        effort = law.law_at(own, i, t, c, _rate_or_mean(table, own, i, c, gradient, per_second), held)[0]
-        for side in range(2):
-            for k in range(6):
-                force[bodies[i, side], k] -= effort * gradient[6 * side + k]
+    _push(table, own, t, per_second)
     return 0.0
+
+
+@kernel
+def _both(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
+    lost, put_in = _push(table, own, t, 0.0)
+    floats_1d(table, STORED)[2] += put_in
+    return lost
 
 
 @kernel
@@ -120,7 +136,7 @@ def _stored(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> 
     for i in range(bodies_of(own).shape[0]):
         c = _coordinate(poses, own, i, gradient, hessian)
         total += law.law_at(own, i, t, c, 0.0, 0.0)[3]
-        if _holds(table) == 0.0:
+        if _holds(own) == 0.0:
             total -= law.released(own, i, c, _rate(floats_2d(table, RATES), own, i, gradient))
     floats_1d(table, STORED)[0] += total
     return 0.0
@@ -130,7 +146,7 @@ def _stored(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> 
 def _lost(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     """Dissipated power; adds the input power of motors and moving free lengths at the present rates."""
     gradient, hessian, total, poses = np.empty(12), np.empty((0, 12)), 0.0, floats_2d(table, POSES)
-    over = per_second if per_second > 0.0 else _holds(table)
+    over = per_second if per_second > 0.0 else _holds(own)
     for i in range(bodies_of(own).shape[0]):
         c = _coordinate(poses, own, i, gradient, hessian)
         middle = 0.5 * (c + floats_1d(own, LAST)[i]) if per_second > 0.0 else c
@@ -152,7 +168,7 @@ def _lost(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> fl
 @kernel
 def _part(table: np.ndarray, own: np.ndarray, t: float, step: float) -> float:
     """Shorten a step that passes an event, so that it ends there."""
-    gradient, hessian, part, held = np.empty(12), np.empty((0, 12)), 2.0, _holds(table) < 0.0
+    gradient, hessian, part, held = np.empty(12), np.empty((0, 12)), 2.0, _holds(own) < 0.0
     for i in range(bodies_of(own).shape[0]):
         c = _coordinate(floats_2d(table, POSES), own, i, gradient, hessian)
         part = min(part, part_before_event(own, i, c, _rate(floats_2d(table, RATES), own, i, gradient), step, held))
@@ -182,7 +198,7 @@ def joint_states(own: np.ndarray, poses: np.ndarray, rates: np.ndarray, t: float
         found[i, 5] = law.motor(own, i, t, rate)[0]
 
 
-_KERNELS = ElementKernels(_force, _tangent, _keep, _stored, _lost, _accept, part=_part)
+_KERNELS = ElementKernels(_force, _tangent, _keep, _stored, _lost, _accept, part=_part, both=_both)
 
 
 @dataclass(frozen=True)
@@ -231,7 +247,7 @@ class JointForceGroup(ElementGroup):
         """See `ElementGroup`."""
         return [
             self.kinds, self.lines, self.laws, self.first, self.rows, self.first_memory, self.programs, self.felt,
-            self.felt_of, *table_of(self.functions),
+            self.felt_of, np.zeros(1), *table_of(self.functions),
         ]  # fmt: skip
 
     @cached_property
@@ -265,6 +281,10 @@ class JointForceGroup(ElementGroup):
         memory[law.COORDINATE * len(self.start) :][: len(self.start)] = self.start
         memory[law.SPRING_SLID * len(self.start) :][: len(self.start)] = self.laws[:, law.SPRING_BEGINS]
         return memory
+
+    def hold(self, held: bool) -> None:
+        """See `ElementGroup`."""
+        self.arrays[law.HELD - law.KINDS][0] = held
 
     def make_idle(self, i: int) -> None:
         """Set all laws of a row to zero."""

@@ -23,7 +23,7 @@ from fsm.laws.one_sided import NEAR, ends_at, mean_loss, one_sided, part_of_line
 from fsm.laws.step import step
 from fsm.model.elements.element_group import OWN
 
-KINDS, LINES, LAWS, FIRST, ROWS, KEPT, PROGRAMS, FELT, FELT_OF, PIECES = range(OWN, OWN + 10)
+KINDS, LINES, LAWS, FIRST, ROWS, KEPT, PROGRAMS, FELT, FELT_OF, HELD, PIECES = range(OWN, OWN + 11)
 """Rows of the table of the group."""
 LOAD, SPRING, REST, DAMPER, LOWER, UPPER, STOP, STOP_DAMPER = range(8)
 LATCH_AT, LATCH_SENSE, PLAY, LATCH, LATCH_DAMPER, SLOWER, OPENS_AT, REBOUND, SLOWEST = range(8, 17)
@@ -259,10 +259,14 @@ def part_to_parting(own: np.ndarray, i: int, c: float, rate: float, step: float,
 
 @kernel
 def opens(own: np.ndarray, i: int, c: float, rate: float) -> bool:
-    """Whether a latch opens."""
+    """Whether a latch opens: also where its damping begins, if that alone is too strong."""
     law = floats_2d(own, LAWS)[i]
-    strong = (1.0 - STRONG) * law[OPENS_AT]
-    return bool(kept(own, LATCHED, i) > 0.0 and law[LATCH_SENSE] * stops(own, i, c, rate)[0] < -strong)
+    if not kept(own, LATCHED, i) > 0.0 or law[OPENS_AT] == np.inf:
+        return False
+    sense, limit, stiffness, damper, _ = _stop(own, i, 2)
+    beyond = sense * (c - limit)
+    effort = stiffness * max(beyond, 0.0) + damper * sense * rate
+    return bool(beyond > -NEAR * max(1.0, abs(limit)) and effort > (1.0 - STRONG) * law[OPENS_AT])
 
 
 @kernel

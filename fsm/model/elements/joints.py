@@ -291,6 +291,8 @@ def _put_in(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> 
     Speeds are those at t, or mean values over a step that ends at t (`per_second` positive) or begins there (negative).
     """
     effort, stored = _efforts(own), floats_1d(table, row.STORED)
+    if integers_1d(own, _PIECES).shape[0] == 1:
+        return 0.0  # there are no motors
     for i in range(effort.shape[0]):
         at, speed, _ = _prescribed(own, t, i)
         if per_second != 0.0 and floats_1d(own, _STILL)[0] > 0.0:

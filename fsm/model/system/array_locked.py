@@ -234,12 +234,10 @@ def _add_on_nodes(
 
 @kernel
 def consistent(model: Joined, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, inside: bool) -> bool:
-    """See `fsm.solve.stepping.model`; ends a motion in minimal coordinates."""
-    interval = floats_1d(model.bodies.table, rows.INTERVAL)
-    interval[rows.HELD] = 0.0
+    """See `fsm.solve.stepping.model`."""
     if not lock_bodies(model.bodies, 0.0):
         return False
-    few = inside and interval[rows.LOOPS] == 0.0 and model.table.shape[0] == 0
+    few = inside and floats_1d(model.bodies.table, rows.INTERVAL)[rows.LOOPS] == 0.0 and model.table.shape[0] == 0
     close_openings(model, t, q, u, few)
     sum_forces(model, t, 0.0, 1.0)
     return bool(find_multipliers(model, t, rate, _forces_on_nodes(model.nodes, model, q), few))

@@ -278,7 +278,7 @@ def _arrays(
 def _interval(system: SegmentForces, pattern: BodyPattern) -> np.ndarray:
     """See `Arrays`."""
     per_moment = 1.0 / system.arm if system.locking else 0.0
-    return np.array([0.0, 0.0, 0.0, 0.0, _pace(system), per_moment, float(have_loops(system.locking, pattern.dof)), 0.0])
+    return np.array([0.0, 0.0, 0.0, 0.0, _pace(system), per_moment, float(have_loops(system.locking, pattern.dof))])
 
 
 def _pace(system: SegmentForces) -> float:
@@ -288,7 +288,7 @@ def _pace(system: SegmentForces) -> float:
 
 
 def _addresses(elements: list[ElementArrays]) -> tuple[np.ndarray, np.ndarray]:
-    """Addresses (m, 12) of the kernels of all groups of elements, and their tables (m, n, 4)."""
+    """Addresses (m, 13) of the kernels of all groups of elements, and their tables (m, n, 4)."""
     kernels = np.zeros((len(elements), len(ElementKernels._fields)), dtype=np.int64)
     tables = np.zeros((len(elements), max((len(one.arrays) for one in elements), default=0), 4), dtype=np.int64)
     for row, own, one in zip(kernels, tables, elements, strict=True):

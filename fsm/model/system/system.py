@@ -400,6 +400,11 @@ class SegmentSystem(SegmentForces):
         elements = [group for group in self.groups if isinstance(group, ElementGroup) and group.has_events]
         return min((group.part_of_step(self.state(t, q, u), step) for group in elements), default=2.0)
 
+    def hold(self, held: bool) -> None:
+        """See `System`."""
+        for group in self._sliding:
+            group.hold(held)
+
     def longest_step(self, t: float, q: np.ndarray, u: np.ndarray) -> float:
         """See `System`: limit from impacts."""
         if not any(group.resolves for group in self.contacts):

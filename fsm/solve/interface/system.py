@@ -289,6 +289,10 @@ class System(Protocol):
         """
         return None
 
+    def hold(self, held: bool) -> None:
+        """Let forces be smooth up to the first event of a step, if `held`, or jump where it is, as at first."""
+        return
+
     def part_before_event(self, t: float, q: np.ndarray, u: np.ndarray, step: float) -> float:
         """Part of a step of this length (s), which ends at this state, up to its first event; 2 without one."""
         return 2.0

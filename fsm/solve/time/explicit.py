@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +15,8 @@ from fsm.kernels.pointers import enter
 from fsm.solve.interface.records import Observation
 from fsm.solve.interface.system import System
 from fsm.solve.stepping import explicit
-from fsm.solve.stepping.explicit import ExplicitMotion, ExplicitRules, Through
+from fsm.solve.stepping.explicit import Through
+from fsm.solve.stepping.explicit_stages import ExplicitMotion, ExplicitRules
 from fsm.solve.stepping.generalized_alpha import LONGEST, MAX_STEP, STARTED, STEP_SIZE
 from fsm.solve.stepping.march import BALANCE
 from fsm.solve.stepping.model import CREASES, DRIVES, PANELS
@@ -22,6 +25,18 @@ from fsm.solve.time.array_steps import StepMethod
 _MOST_NUMBERS = 500_000
 """Largest number of values of all states that a kernel keeps at a time."""
 _NO_STATES, _NO_MEMORY = np.zeros((0, 0)), np.zeros((0, ROW), dtype=np.int64)
+
+
+@cache
+def _tables() -> ExplicitRules:
+    """Constants of the method, without tolerances, scales and times."""
+    from scipy.integrate import DOP853
+
+    count, none = len(DOP853.B), np.zeros(0)
+    stages = DOP853.C[:count], DOP853.B, DOP853.A[:count, :count], DOP853.E5[:count], DOP853.E3[:count]
+    nodes, weights, table, fifth, third = (np.ascontiguousarray(each) for each in stages)
+    between = (np.ascontiguousarray(each) for each in (DOP853.C_EXTRA, DOP853.A_EXTRA, DOP853.D))
+    return ExplicitRules(0.0, nodes, weights, table, fifth, third, none, none, none, none, *between)
 
 
 class PassedState(NamedTuple):
@@ -62,13 +77,11 @@ class Explicit(StepMethod):
         self, system: System, t: float, q: np.ndarray, u: np.ndarray, rtol: float, max_step: float = math.inf,
         observed: Observation | None = None,
     ) -> None:  # fmt: skip
-        from scipy.integrate import DOP853
-
         sizes, counts, still = np.zeros(11), np.zeros(13, dtype=np.int64), np.zeros(len(u))
         sizes[MAX_STEP], sizes[LONGEST] = max_step, math.inf
-        observed, stages = observed or system.observe(t, q, u), len(DOP853.B)
+        observed, tables = observed or system.observe(t, q, u), _tables()
         q, u = np.array(q, dtype=float), np.array(u, dtype=float)
-        more = stages + 1 + len(DOP853.C_EXTRA)
+        more = tables.between.shape[1]
         of_q, of_u = np.zeros((more, len(q))), np.zeros((more, len(u)))
         y, at_q = np.zeros((2, len(q)))
         v, at_u, moved, faster = np.zeros((4, len(u)))
@@ -79,16 +92,29 @@ class Explicit(StepMethod):
         )  # fmt: skip
         super().__init__(system, t, q, motion, True)
         scales = system.scales()
-        nodes, weights, table, fifth, third = (
-            np.ascontiguousarray(each[..., :stages]) for each in
-            (DOP853.C[:stages], DOP853.B, DOP853.A[:stages, :stages], DOP853.E5, DOP853.E3)
+        self.rules = tables._replace(
+            rtol=rtol, tolerance=rtol * scales.increment, velocity=scales.velocity, increment=scales.increment,
+            breaks=np.array(sorted(system.break_times()), dtype=float),
         )  # fmt: skip
-        self.rules = ExplicitRules(
-            rtol, nodes, weights, table, fifth, third, rtol * scales.increment, scales.velocity, scales.increment,
-            np.array(sorted(system.break_times()), dtype=float), *map(
-                np.ascontiguousarray, (DOP853.C_EXTRA, DOP853.A_EXTRA, DOP853.D)
-            ),
-        )  # fmt: skip
+
+    def step(self, until: float) -> None:
+        """See `StepMethod`."""
+        with self._held():
+            super().step(until)
+
+    def march(self, balance: np.ndarray, until: float, most: int, every: bool = False) -> np.ndarray:
+        """See `StepMethod`."""
+        with self._held():
+            return super().march(balance, until, most, every)
+
+    @contextmanager
+    def _held(self) -> Iterator[None]:
+        """Steps of this method end at events."""
+        self.system.hold(True)
+        try:
+            yield
+        finally:
+            self.system.hold(False)
 
     def march_through(self, balance: np.ndarray, times: np.ndarray, most: int, memory: Sequence[np.ndarray]) -> None:
         """Take at most `most` steps through given times in one kernel, and keep the states there; see `passed`.
