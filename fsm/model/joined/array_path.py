@@ -35,7 +35,7 @@ from fsm.model.bodies.arrays import FREE, INTERVAL, POSES, RATES, driven_of, spr
 from fsm.model.bodies.contact_arrays import lack_pairs
 from fsm.model.joined.array_forces import folded, free_bodies, set_frames
 from fsm.model.joined.array_statics import STATICS, place_nodes_mean, sum_tangents
-from fsm.model.joined.arrays import AT, NEAR, PLACES, Joined
+from fsm.model.joined.arrays import AT, FACETS, NEAR, PLACES, Joined
 from fsm.model.nodes import arrays as rows
 from fsm.model.nodes.arrays import full_mass_of
 from fsm.model.nodes.arrays import pattern_of as joined_pattern_of
@@ -69,7 +69,13 @@ def _lacks(model: Joined) -> bool:
 
 @kernel
 def _efforts(model: Joined, out: np.ndarray) -> None:
-    efforts(model.bodies, out)
+    of_springs = springs_of(model.bodies.table).efforts.shape
+    first = of_springs[0] * of_springs[1]
+    efforts(model.bodies, out[:first])
+    for row in range(FACETS, model.table.shape[0], 2):
+        own = floats_1d(model.table, row)
+        copy_into(own, out[first : first + own.shape[0]])
+        first += own.shape[0]
 
 
 @kernel
@@ -78,6 +84,12 @@ def _begin(
 ) -> None:
     bodies, nodes, first = model.bodies, model.nodes.table, 7 * free_bodies(model)
     begin_bodies(bodies.table, t, before, q[:first], start, rate_dependent)
+    of_springs = springs_of(bodies.table).efforts.shape
+    taken = of_springs[0] * of_springs[1]
+    for row in range(FACETS, model.table.shape[0], 2):
+        own = floats_1d(model.table, row)
+        copy_into(start[taken:], own)
+        taken += own.shape[0]
     copy_into(q[first:], floats_1d(nodes, rows.LAST))
     floats_1d(nodes, rows.NUMBERS)[rows.MEAN_OVER] = floats_1d(bodies.table, INTERVAL)[1]
     take_up(bodies, BEGIN)

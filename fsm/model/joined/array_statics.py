@@ -10,6 +10,7 @@ from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, 
 from fsm.kernels.block_equations import FAILED
 from fsm.kernels.body_poses import retract_poses, scatter_free
 from fsm.kernels.jit import kernel
+from fsm.kernels.pointers import call_at
 from fsm.model.bodies.array_forces import add_tangents_by_deformations, sum_tangents_by_rates
 from fsm.model.bodies.array_forces import sum_forces as sum_body_forces
 from fsm.model.bodies.array_locked import do_along_rates
@@ -18,8 +19,8 @@ from fsm.model.bodies.array_statics import place_mean as place_mean_bodies
 from fsm.model.bodies.arrays import AGAIN, FREE, INTERVAL, POSES, RATES, STEP, WORK, springs_of
 from fsm.model.bodies.contact_arrays import lack_pairs, restore_depths
 from fsm.model.joined import array_forces as joined
-from fsm.model.joined.arrays import Joined
-from fsm.model.nodes.arrays import DAMPING, FIXED, LAST, MATRIX, STIFFNESS, Q, U
+from fsm.model.joined.arrays import FACETS, Joined
+from fsm.model.nodes.arrays import ADVANCE_AT, DAMPING, FIXED, LAST, MATRIX, STIFFNESS, Q, U
 from fsm.model.nodes.arrays import pattern_of as joined_pattern_of
 from fsm.model.nodes.system.array_forces import factorise_matrix, hold
 from fsm.model.nodes.system.array_forces import place as place_nodes
@@ -82,11 +83,20 @@ def sum_tangents(
 
 
 @kernel
+def _give_efforts(model: Joined, given: float) -> None:
+    """Let the membrane efforts that are kept give the geometric stiffness of facets (1), or those of the coordinates (0)."""
+    for row in range(FACETS + 1, model.table.shape[0], 2):
+        floats_1d(model.table, row)[0] = given
+
+
+@kernel
 def _linearised_force(model: Joined, q: np.ndarray, mixed: bool) -> np.ndarray:
     table = model.bodies.table
     since, efforts = _place(model, q), springs_of(table).efforts
     own = efforts if mixed else efforts[:0]
+    _give_efforts(model, 1.0 if mixed else 0.0)
     sum_tangents(model, floats_1d(table, INTERVAL)[0], per_second_of(table), own, since, mixed)
+    _give_efforts(model, 0.0)
     return joined.folded(model, q)
 
 
@@ -135,11 +145,14 @@ def _advance(model: Joined, q: np.ndarray, dx: np.ndarray, cut: bool) -> None:
     no = q.shape[0] < 0
     scatter_free(integers_1d(bodies, FREE), q[: 7 * free], not no and poses.shape[1] == 7, poses)
     scatter_free(integers_1d(bodies, FREE), dx[: 6 * free], no, change)
-    joined.set_frames(model, q[7 * free :])
-    copy_into(q[7 * free :], floats_1d(nodes, Q))
+    t = floats_1d(bodies, INTERVAL)[0]
+    place_nodes(nodes, t, t, q[7 * free :], floats_1d(nodes, U))
+    joined.set_frames(model, floats_1d(nodes, Q))
     moved, fixed = floats_1d(nodes, U), integers_2d(nodes, FIXED).reshape(-1)
     for i in range(moved.shape[0]):
         moved[i] = 0.0 if fixed[i] == 1 else dx[6 * free + i]
+    for k in range(model.nodes.kernels.shape[0]):
+        call_at(model.nodes.kernels[k, ADVANCE_AT], nodes, model.nodes.tables[k], 0.0)
     joined.fill_maps(model)
     joined.copy_rates(model, change)
     advance_by(model.bodies, change, cut)

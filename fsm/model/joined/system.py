@@ -78,6 +78,7 @@ class JoinedSystem(JoinedConfiguration):
         self._joined: JoinedPattern | None = None
         self._joined_of: BlockPattern | None = None
         self._slots: list[np.ndarray] = []
+        self._large: bool | None = None
 
     def variant(
         self, bodies: Bodies, motions: tuple[PrescribedMotion, ...], groups: tuple[Group, ...],
@@ -417,12 +418,18 @@ class JoinedSystem(JoinedConfiguration):
         return joined_of(self, matrix, self._fixed, members, near, *known, contacts, statics)
 
     def _static_arrays_of(self, ready: Ready) -> StaticSegments | None:
-        """See `SegmentSystem`; membrane efforts of flexible facets have no arrays in statics."""
-        if any(isinstance(group, FacetGroup) for group in self.elements.mesh.groups):
-            return None
+        """See `SegmentSystem`."""
         from fsm.model.joined.static_arrays import JoinedStatics  # imports the kernels of all steps
 
         return JoinedStatics(self, self._first_pattern(), ready, self._static_model)
+
+    def large_statics(self, ready: Ready) -> tuple[str, ...]:
+        """See `SegmentSystem`; facets have few contacts, so that nearly all blocks of their matrix are used."""
+        if self._large is None:
+            facets = any(isinstance(group, FacetGroup) for group in self.elements.mesh.groups)
+            pattern = self._pattern_of(self._first_pattern()).pattern if facets else None
+            self._large = pattern is not None and ready(pattern)[0].fronts_are_faster(pattern.size)
+        return ("statics of so many flexible facets are faster with dense fronts",) if self._large else ()
 
     def _static_model(
         self, pattern: BodyPattern, near: np.ndarray, ready: Ready, contacts: ContactModel
