@@ -163,7 +163,7 @@ class StaticSegments:
 
     def end(self) -> tuple[np.ndarray, BlockMatrix, bool, bool]:
         """See `fsm.solve.interface.system.StaticArrays`."""
-        arrays, flags, (pattern, data) = self._arrays, self.model.arrays.flags, self._matrix()
+        flags, (pattern, data) = self.model.arrays.flags, self._matrix()
         self._contacts.count()
         matrix = BlockMatrix(pattern, data.copy(), self._system.low_rank)
         return self._efforts(), matrix, bool(flags[SYMMETRIC]), bool(flags[TRUSTED])

@@ -268,7 +268,7 @@ class SegmentSystem(SegmentForces):
         return ()
 
     def large_statics(self, ready: Ready) -> tuple[str, ...]:
-        """Reason why statics have their steps in Python: equations that dense fronts solve faster; empty if there are few."""
+        """Reason why statics has steps in Python: dense fronts solve so many equations faster; empty if there are few."""
         return ()
 
     def _arrays_of(
