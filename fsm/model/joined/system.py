@@ -71,7 +71,9 @@ class JoinedSystem(JoinedConfiguration):
         super().__init__(bodies, motions, groups, pair_names, nodes)
         faces, chambers = self.faces, self.chambers
         self.pressures = tuple(pressure_of(load, faces) for load in pressures if faces is not None)
-        self.remembers = self.remembers or chambers is not None
+        # creases of flexible facets may turn by more than half a turn between two saved states
+        folded = any(isinstance(group, FacetGroup) for group in self.elements.mesh.groups) and self.elements.remembered > 0
+        self.remembers = self.remembers or chambers is not None or folded
         self._pressing: tuple[ElementGroup, ...] = (*self.pressures, *([] if chambers is None else [chambers]))
         self.elements = self.elements.under(self._pressing)
         self._array_near = self._near
