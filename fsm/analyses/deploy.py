@@ -185,8 +185,9 @@ class Deployment(Analysis):
 
     def _in_python(self, step: PlannedStep) -> tuple[str, ...]:
         """Reasons why a step is computed in Python."""
-        large = self.system.large_contacts() if step.contact and step.method != "static" else ()
-        return (*step.in_python.of(step.method), *large)
+        if step.method == "static":
+            return (*step.in_python.of(step.method), *self.system.large_statics(self._pivots.ready))
+        return (*step.in_python.of(step.method), *(self.system.large_contacts() if step.contact else ()))
 
     def cut(self, number: int, time: float) -> None:
         """See `Analysis`."""

@@ -256,6 +256,9 @@ def factorise(
                 for a in range(size):
                     for b in range(size):
                         work[a, b] = factors[k, a, b]
+            if size == 3:
+                _subtract_row_of_3(work, indices, first, indptr[pivot + 1], where, used, factors)
+                continue
             for m in range(first, indptr[pivot + 1]):
                 if used[m]:
                     target = where[indices[m]]
@@ -270,6 +273,37 @@ def factorise(
             if used[m]:
                 _multiply(left, factors[m], work, factors[m])
     return -1
+
+
+@kernel(inline=True)
+def _subtract_row_of_3(
+    work: np.ndarray, indices: np.ndarray, first: int, last: int, where: np.ndarray, used: np.ndarray, factors: np.ndarray
+) -> None:
+    """Subtract `work` times the blocks `first` to `last` of a pivot row from the blocks of their columns in another row, for
+    blocks of 3 x 3. Each block is read as a whole before a store, which for the compiler may change the others.
+    """
+    a00, a01, a02 = work[0, 0], work[0, 1], work[0, 2]
+    a10, a11, a12 = work[1, 0], work[1, 1], work[1, 2]
+    a20, a21, a22 = work[2, 0], work[2, 1], work[2, 2]
+    for m in range(first, last):
+        if used[m]:
+            t = where[indices[m]]
+            used[t] = True
+            b00, b01, b02 = factors[m, 0, 0], factors[m, 0, 1], factors[m, 0, 2]
+            b10, b11, b12 = factors[m, 1, 0], factors[m, 1, 1], factors[m, 1, 2]
+            b20, b21, b22 = factors[m, 2, 0], factors[m, 2, 1], factors[m, 2, 2]
+            c00 = factors[t, 0, 0] - (a00 * b00 + a01 * b10 + a02 * b20)
+            c01 = factors[t, 0, 1] - (a00 * b01 + a01 * b11 + a02 * b21)
+            c02 = factors[t, 0, 2] - (a00 * b02 + a01 * b12 + a02 * b22)
+            c10 = factors[t, 1, 0] - (a10 * b00 + a11 * b10 + a12 * b20)
+            c11 = factors[t, 1, 1] - (a10 * b01 + a11 * b11 + a12 * b21)
+            c12 = factors[t, 1, 2] - (a10 * b02 + a11 * b12 + a12 * b22)
+            c20 = factors[t, 2, 0] - (a20 * b00 + a21 * b10 + a22 * b20)
+            c21 = factors[t, 2, 1] - (a20 * b01 + a21 * b11 + a22 * b21)
+            c22 = factors[t, 2, 2] - (a20 * b02 + a21 * b12 + a22 * b22)
+            factors[t, 0, 0], factors[t, 0, 1], factors[t, 0, 2] = c00, c01, c02
+            factors[t, 1, 0], factors[t, 1, 1], factors[t, 1, 2] = c10, c11, c12
+            factors[t, 2, 0], factors[t, 2, 1], factors[t, 2, 2] = c20, c21, c22
 
 
 @kernel(inline=True)

@@ -19,6 +19,10 @@ FRONTS_FROM = 5e7
 measured on a film of 20 x 20 cells (`validation/benchmarks/README.md`)."""
 
 
+SMALL_BLOCKS = 0.06
+"""Part of these multiplications from which fronts are faster for blocks of 3 x 3, whose products are slow."""
+
+
 @dataclass(frozen=True, eq=False)
 class BlockPattern:
     """Block sparsity pattern in compressed rows: structurally symmetric, with all diagonal blocks.
@@ -193,3 +197,7 @@ class Elimination:
     def large(self, size: int, part: float = 1.0) -> bool:
         """Whether the factorisation of symmetric matrices with blocks of this size takes a part of `FRONTS_FROM` or more."""
         return self.products * size**3 >= part * FRONTS_FROM
+
+    def fronts_are_faster(self, size: int) -> bool:
+        """Whether dense fronts are faster than single blocks of this size, for symmetric matrices with few zero blocks."""
+        return self.large(size, SMALL_BLOCKS if size <= 3 else 1.0)

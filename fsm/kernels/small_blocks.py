@@ -22,9 +22,16 @@ def subtract_product(out: np.ndarray, a: np.ndarray, b: np.ndarray) -> None:
     """out -= a b; common sizes have loops of fixed length, which the compiler unrolls."""
     size = out.shape[0]
     if size == 3:
+        # all entries of b are read first: for the compiler, a store to `out` may change them
+        b00, b01, b02 = b[0, 0], b[0, 1], b[0, 2]
+        b10, b11, b12 = b[1, 0], b[1, 1], b[1, 2]
+        b20, b21, b22 = b[2, 0], b[2, 1], b[2, 2]
         for i in range(3):
-            for j in range(3):
-                out[i, j] -= a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
+            x, y, z = a[i, 0], a[i, 1], a[i, 2]
+            r0 = out[i, 0] - (x * b00 + y * b10 + z * b20)
+            r1 = out[i, 1] - (x * b01 + y * b11 + z * b21)
+            r2 = out[i, 2] - (x * b02 + y * b12 + z * b22)
+            out[i, 0], out[i, 1], out[i, 2] = r0, r1, r2
     elif size == 6:
         for i in range(6):
             # this loop keeps a row in registers; a loop over j would load and store the row again for every k

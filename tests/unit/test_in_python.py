@@ -40,7 +40,7 @@ def tube(method: str, facets: str) -> Case:
     sheet = {
         "kind": "miura-tube", "columns": 2, "a": 0.04, "b": 0.06, "sector_angle": "70 deg", "fold_angle": "80 deg",
         "facets": facets, "thickness": 2e-4, "support": [{"at": "edge left"}],
-    }  # fmt: skip
+    } | ({"mesh_size": 0.04} if facets == "flexible" else {})  # fmt: skip
     gas = {"closed_by": [{"cap": "edge left"}, {"cap": "edge right"}], "supply_pressure": 1e3}
     return Case.model_validate({
         "sheet": sheet, "material": STRIP["material"], "crease": {"law": "linear", "stiffness_per_length": 0.05},
@@ -65,6 +65,7 @@ CASES: dict[str, tuple[Case, str]] = {
     "gas in statics": (tube("static", "bars"), ""),
     "gas in motion": (tube("generalized-alpha", "bars"), ""),
     "gas of panels in statics": (tube("static", "rigid"), ""),
+    "gas of flexible facets in statics": (tube("static", "flexible"), ""),
     "gas of panels in motion": (tube("generalized-alpha", "rigid"), ""),
 }
 

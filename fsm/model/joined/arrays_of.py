@@ -15,6 +15,7 @@ from fsm.model.bodies.group import BodyPattern
 from fsm.model.elements.element_group import ElementArrays
 from fsm.model.joined.configuration import JoinedConfiguration
 from fsm.model.nodes.arrays import FACTORS, MATRIX
+from fsm.model.nodes.facets.facet_group import FacetGroup
 from fsm.model.nodes.system.arrays_of import Matrices, coordinates_of
 from fsm.model.system.arrays import FrameArrays, Joined, JoinedArrays
 from fsm.model.system.arrays_of import ContactModel, segments_of
@@ -66,7 +67,8 @@ def joined_of(
         frames.vectors // 3, rows[2 * free :].copy(), first, joined.starts, joined.slots, turned,
         3 * np.flatnonzero(elements.mesh.is_position[::3]), np.array([system.wave_factor]),
     )  # fmt: skip
-    flat = list(flat_arrays(arrays))
+    of_facets = (group.mixed for group in elements.mesh.groups if isinstance(group, FacetGroup))
+    flat = [*flat_arrays(arrays), *(array for pair in of_facets for array in pair)]
     own = [joined.pattern.zeros(), np.zeros(factors.shape)]
     plain = nodes.equations._replace(low_rank=NO_LOW_RANK)
     projection = nodes._replace(table=nodes.table.copy(), flags=np.zeros(3, dtype=np.int64), equations=plain)

@@ -12,6 +12,7 @@ from fsm.model.elements.element_group import ElementArrays
 from fsm.model.joined.arrays_of import joined_of
 from fsm.model.joined.configuration import JoinedConfiguration
 from fsm.model.nodes.arrays import FACTORS, KINDS_OF_ENERGY, MATRIX
+from fsm.model.nodes.facets.facet_group import FacetGroup
 from fsm.model.system.array_path import PATH
 from fsm.model.system.static_arrays import StaticSegments
 from fsm.solve.interface.records import PreviousState, Ready
@@ -55,6 +56,11 @@ class JoinedStatics(StaticSegments):
     def _matrix(self) -> tuple[BlockPattern, np.ndarray]:
         """See `StaticSegments`."""
         return self._equations, self._others[MATRIX]
+
+    def _efforts(self) -> np.ndarray:
+        """See `StaticSegments`; membrane efforts of flexible facets follow those of springs."""
+        facets = (group for group in self._joined.elements.mesh.groups if isinstance(group, FacetGroup))
+        return np.concatenate([super()._efforts(), *(group.mixed[0] for group in facets)])
 
     def followed(self, q: np.ndarray) -> None:
         """See `fsm.solve.interface.system.StaticArrays`."""

@@ -70,10 +70,13 @@ class JoinedSystem(JoinedConfiguration):
         super().__init__(bodies, motions, groups, pair_names, nodes)
         faces, chambers = self.faces, self.chambers
         self.pressures = tuple(pressure_of(load, faces) for load in pressures if faces is not None)
-        self.remembers = self.remembers or chambers is not None
+        # creases of flexible facets may turn by more than half a turn between two saved states
+        folded = any(isinstance(group, FacetGroup) for group in self.elements.mesh.groups) and self.elements.remembered > 0
+        self.remembers = self.remembers or chambers is not None or folded
         self._pressing: tuple[ElementGroup, ...] = (*self.pressures, *([] if chambers is None else [chambers]))
         self.elements = self.elements.under(self._pressing)
         self._array_near = self._near
+        self._large: bool | None = None
 
     def variant(
         self, bodies: Bodies, motions: tuple[PrescribedMotion, ...], groups: tuple[Group, ...],
@@ -383,12 +386,18 @@ class JoinedSystem(JoinedConfiguration):
         return ArrayModel.of(KERNELS, model, *self.initial()), tuple(arrays)
 
     def _static_arrays_of(self, ready: Ready) -> StaticSegments | None:
-        """See `SegmentSystem`; membrane efforts of flexible facets have no arrays in statics."""
-        if any(isinstance(group, FacetGroup) for group in self.elements.mesh.groups):
-            return None
+        """See `SegmentSystem`."""
         from fsm.model.joined.static_arrays import JoinedStatics  # imports the kernels of all steps
 
         return JoinedStatics(self, self._first_pattern(), ready)
+
+    def large_statics(self, ready: Ready) -> tuple[str, ...]:
+        """See `SegmentSystem`; facets have few contacts, so that nearly all blocks of their matrix are used."""
+        if self._large is None:
+            facets = any(isinstance(group, FacetGroup) for group in self.elements.mesh.groups)
+            pattern = self._pattern_of(self._first_pattern()).pattern if facets else None
+            self._large = pattern is not None and ready(pattern)[0].fronts_are_faster(pattern.size)
+        return ("statics of so many flexible facets are faster with dense fronts",) if self._large else ()
 
     def to_arrays(self, resolve: bool) -> None:
         """See `System`: memory of contacts, and quaternions of the frames."""

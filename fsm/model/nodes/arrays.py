@@ -103,7 +103,7 @@ class Coordinates(NamedTuple):
     Attributes
     ----------
     table : table of `fsm.kernels.addresses`, of `Arrays`
-    kernels : (n_groups, 6) int array
+    kernels : (n_groups, 7) int array
         Addresses of the kernels of each group of elements, in the order of `FORCE_AT` and so on.
     tables : (n_groups, m, 4) int array
         Table of the arrays of each group.
@@ -124,14 +124,15 @@ class Coordinates(NamedTuple):
     equations: EquationKernels
 
 
-FORCE_AT, TANGENT_AT, STORED_AT, LOST_AT, PUT_IN_AT, SLID_AT = range(6)
+FORCE_AT, TANGENT_AT, STORED_AT, LOST_AT, PUT_IN_AT, SLID_AT, ADVANCE_AT = range(7)
 """Columns of `Coordinates.kernels`. All kernels have the arguments table, table of the group, and a number: 1 in
 motion, 0 at rest.
 
 The first column adds forces. The second adds forces and tangents. The third returns the stored energy (J), the fourth
 the dissipated power of dampers (W). The fifth returns the power that elements put into the system (W), the sixth the power
 that their memory dissipates (W); their number is the size of the accepted step that ends at the present state (s), or zero
-for the power of the present rates.
+for the power of the present rates. The seventh advances efforts that are unknowns of their own in statics; the rates are
+then an increment.
 """
 (
     Q, U, FORCE, START, FIXED, WEIGHT, STIFFNESS, DAMPING, MATRIX, MASS, FULL_MASS, FACTORS, MASS_FACTORS, NUMBERS,
@@ -147,6 +148,12 @@ HELD_STIFFNESS, DAMPED, RATE_DEPENDENT, NOW, MEAN_OVER = range(5)
 """Indices of `Arrays.numbers`."""
 KINDS_OF_ENERGY = ("panels", "creases", "bars", "hinges", "film", "patch", "cable", "beam", "gas")
 """Names of groups, in the order of the numbers in `Arrays.kinds`, from 1 on."""
+
+
+@kernel
+def no_power(table: np.ndarray, own: np.ndarray, number: float) -> float:
+    """Kernel of elements in a column that they do not need."""
+    return 0.0
 
 
 @kernel

@@ -22,15 +22,14 @@ unknowns takes 301 us in Python and 32 us compiled."""
 
 
 class InPython(NamedTuple):
-    """Reasons for steps in Python: in motions, and further ones in statics; both empty for compiled steps."""
+    """Reasons for steps in Python, in motions and in statics; empty for compiled steps."""
 
     motion: tuple[str, ...] = ()
-    statics: tuple[str, ...] = ()
 
     def of(self, method: str) -> tuple[str, ...]:
         """Reasons of a step with a method."""
         if method == "static":
-            return (*self.statics, *self.motion)
+            return self.motion
         if method == "arc-length":
             return ('the method "arc-length" has no compiled form',)
         return self.motion if method in _MARCHING else (f'the method "{method}" has no compiled form',)
@@ -57,9 +56,7 @@ def parts_in_python(
     found += [(f"the kind {e.kind!r} of an extension has no compiled form", e.name) for e in scene.point_elements]
     motion = [f"element {_named(reason, found)}: {reason}" for reason in dict.fromkeys(reason for reason, _ in found)]
     motion += _of_contact(scene) if touching else ()
-    alone = of_compiler()
-    nodes = ("flexible facets have no compiled form in statics",) if scene.facets is not None else ()
-    return InPython((*motion, *alone.motion), nodes)
+    return InPython((*motion, *of_compiler().motion))
 
 
 def of_compiler() -> InPython:

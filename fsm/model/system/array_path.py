@@ -24,7 +24,7 @@ from fsm.model.nodes.arrays import Coordinates, full_mass_of
 from fsm.model.nodes.system.array_forces import rows_times
 from fsm.model.system.array_forces import accept_nodes_and_frames, folded, set_frames, sum_forces, sum_tangents
 from fsm.model.system.array_statics import STATICS, place_nodes_mean
-from fsm.model.system.arrays import AT, PLACES, Joined, matrices_of, sizes
+from fsm.model.system.arrays import AT, FACETS, PLACES, Joined, matrices_of, sizes
 from fsm.solve.stepping import path_state as path
 from fsm.solve.stepping.quasi_static import BEGIN, StaticCalls
 from fsm.solve.stepping.vectors import copy_into, subtracted
@@ -64,7 +64,21 @@ def _lacks(model: Joined) -> bool:
 
 @kernel
 def _efforts(model: Joined, out: np.ndarray) -> None:
-    copy_into(springs_of(model.bodies.table).efforts, out)
+    of_springs = springs_of(model.bodies.table).efforts.reshape(-1)
+    for i in range(of_springs.shape[0]):
+        out[i] = of_springs[i]
+    _efforts_of_facets(model.nodes, model, out, of_springs.shape[0])
+
+
+@kernel
+def _efforts_of_facets(nodes: Coordinates | None, model: Joined, out: np.ndarray, first: int) -> None:
+    """Write membrane efforts to `out`, from an index on."""
+    if nodes is None:
+        return
+    for row in range(FACETS, model.table.shape[0], 2):
+        own = floats_1d(model.table, row)
+        copy_into(own, out[first : first + own.shape[0]])
+        first += own.shape[0]
 
 
 @kernel
@@ -73,7 +87,7 @@ def _begin(
 ) -> None:
     bodies = model.bodies
     of_bodies.begin_bodies(bodies.table, t, before, q, start, rate_dependent)
-    _begin_nodes(model.nodes, model, q)
+    _begin_nodes(model.nodes, model, q, start)
     lock(bodies, 0.0)
     take_up(bodies, BEGIN)
     if bodies.groups.shape[0] > 0:
@@ -81,9 +95,14 @@ def _begin(
 
 
 @kernel
-def _begin_nodes(nodes: Coordinates | None, model: Joined, q: np.ndarray) -> None:
+def _begin_nodes(nodes: Coordinates | None, model: Joined, q: np.ndarray, start: np.ndarray) -> None:
     if nodes is None:
         return
+    taken = springs_of(model.bodies.table).efforts.reshape(-1).shape[0]
+    for row in range(FACETS, model.table.shape[0], 2):
+        own = floats_1d(model.table, row)
+        copy_into(start[taken:], own)
+        taken += own.shape[0]
     copy_into(q[sizes(model)[0] :], floats_1d(nodes.table, rows.LAST))
     floats_1d(nodes.table, rows.NUMBERS)[rows.MEAN_OVER] = floats_1d(model.bodies.table, INTERVAL)[1]
 

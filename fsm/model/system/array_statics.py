@@ -10,14 +10,16 @@ from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d, integers_2d
 from fsm.kernels.block_equations import FAILED, set_factors, solution
 from fsm.kernels.body_poses import scatter_free
 from fsm.kernels.jit import kernel
+from fsm.kernels.pointers import call_at
 from fsm.model.bodies.array_locked import do_along_rates
 from fsm.model.bodies.array_statics import add_damping, advance_by, largest_force_along, per_second_of, take_up
 from fsm.model.bodies.array_statics import place_mean as place_mean_bodies
 from fsm.model.bodies.arrays import AGAIN, FREE, INTERVAL, POSES, RATES, STEP, WORK, springs_of
 from fsm.model.bodies.contact_arrays import lack_pairs, restore_depths
-from fsm.model.nodes.arrays import FIXED, LAST, Coordinates, Q, U
+from fsm.model.nodes.arrays import ADVANCE_AT, FIXED, LAST, Coordinates, Q, U
+from fsm.model.nodes.system.array_forces import place as place_nodes
 from fsm.model.system import array_forces as forces
-from fsm.model.system.arrays import Joined, matrices_of, sizes
+from fsm.model.system.arrays import FACETS, Joined, matrices_of, sizes
 from fsm.solve.stepping.quasi_static import StaticCalls
 from fsm.solve.stepping.vectors import copy_into
 
@@ -52,11 +54,22 @@ def _force(model: Joined, q: np.ndarray) -> np.ndarray:
 
 
 @kernel
+def _give_efforts(nodes: Coordinates | None, model: Joined, given: float) -> None:
+    """Let the membrane efforts that are kept give the geometric stiffness of facets (1), or those of the coordinates (0)."""
+    if nodes is None:
+        return
+    for row in range(FACETS + 1, model.table.shape[0], 2):
+        floats_1d(model.table, row)[0] = given
+
+
+@kernel
 def _linearised_force(model: Joined, q: np.ndarray, mixed: bool) -> np.ndarray:
     table = model.bodies.table
     since, efforts = _place(model, q), springs_of(table).efforts
     own = efforts if mixed else efforts[:0]
+    _give_efforts(model.nodes, model, 1.0 if mixed else 0.0)
     forces.sum_tangents(model, floats_1d(table, INTERVAL)[0], per_second_of(table), own, since, mixed)
+    _give_efforts(model.nodes, model, 0.0)
     return forces.folded(model, q)
 
 
@@ -103,12 +116,14 @@ def _change_frames(nodes: Coordinates | None, model: Joined, q: np.ndarray, dx: 
     """Write the increments of all frames, (n_bodies, 6), along an increment of the coordinates from q."""
     if nodes is None:
         return
-    (first, own), here = sizes(model), floats_1d(nodes.table, Q)
-    copy_into(q[first:], here)
-    forces.set_frames(model, here)
+    (first, own), t = sizes(model), floats_1d(model.bodies.table, INTERVAL)[0]
+    place_nodes(nodes.table, t, t, q[first:], floats_1d(nodes.table, U))
+    forces.set_frames(model, floats_1d(nodes.table, Q))
     moved, fixed = floats_1d(nodes.table, U), integers_2d(nodes.table, FIXED).reshape(-1)
     for i in range(moved.shape[0]):
         moved[i] = 0.0 if fixed[i] == 1 else dx[own + i]
+    for k in range(nodes.kernels.shape[0]):
+        call_at(nodes.kernels[k, ADVANCE_AT], nodes.table, nodes.tables[k], 0.0)
     forces.fill_maps(nodes, model)
     forces.copy_rates(model, change)
 

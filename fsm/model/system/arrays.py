@@ -147,6 +147,8 @@ AT, _FRAMES = 0, len(FrameArrays._fields)
 NEAR, OWN_RATES, MOMENTS, CURVATURES, MEMBERS, TURNING, NODE_ROWS = range(_FRAMES, _FRAMES + 7)
 ROWS, OF_MEMBERS, STARTS, SLOTS, TURNED, PLACES, WAVES = range(_FRAMES + 7, _FRAMES + 14)
 """Rows of `Joined.table`; the bodies of the frames are in row `AT`."""
+FACETS = WAVES + 1
+"""First row of pairs for each group of flexible facets: membrane efforts, flat, and 1 if they are unknowns, else 0."""
 
 
 @kernel

@@ -164,10 +164,14 @@ class StaticSegments:
 
     def end(self) -> tuple[np.ndarray, BlockMatrix, bool, bool]:
         """See `fsm.solve.interface.system.StaticArrays`."""
-        arrays, flags, (pattern, data) = self._arrays, self.model.arrays.flags, self._matrix()
+        flags, (pattern, data) = self.model.arrays.flags, self._matrix()
         self._contacts.count()
         matrix = BlockMatrix(pattern, data.copy(), self._system.low_rank)
-        return arrays.springs.efforts.ravel().copy(), matrix, bool(flags[SYMMETRIC]), bool(flags[TRUSTED])
+        return self._efforts(), matrix, bool(flags[SYMMETRIC]), bool(flags[TRUSTED])
+
+    def _efforts(self) -> np.ndarray:
+        """Efforts at the end of the last step."""
+        return self._arrays.springs.efforts.ravel().copy()
 
     def followed(self, q: np.ndarray) -> None:
         """See `fsm.solve.interface.system.StaticArrays`."""

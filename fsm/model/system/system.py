@@ -268,6 +268,10 @@ class SegmentSystem(SegmentForces):
             return ("contact: pairs of so many plates have no compiled form",)
         return ()
 
+    def large_statics(self, ready: Ready) -> tuple[str, ...]:
+        """Reason why statics has steps in Python: dense fronts solve so many equations faster; empty if there are few."""
+        return ()
+
     def _arrays_of(
         self, pattern: BodyPattern, ready: Ready, contacts: ContactModel
     ) -> tuple[ArrayModel, tuple[object, ...]]:
@@ -279,7 +283,7 @@ class SegmentSystem(SegmentForces):
     def static_arrays(self, ready: Ready) -> StaticSegments | None:
         """See `System`."""
         if self._statics is None:
-            if self.in_python.of("static") or self.large_contacts() or not self.nu:
+            if self.in_python.of("static") or self.large_contacts() or not self.nu or self.large_statics(ready):
                 return None
             self._statics = self._static_arrays_of(ready)
             if self._statics is None:

@@ -18,7 +18,7 @@ import numpy as np
 from fsm.errors import FsmError, NotConverged
 from fsm.kernels import block_lu, fronts
 from fsm.kernels.block_equations import FACTORISE, FAILED, NEGATIVE, SOLVE, SYMMETRIC, UNKNOWN, Pattern, pattern_arrays
-from fsm.kernels.blocks import BlockMatrix, BlockPattern, Elimination
+from fsm.kernels.blocks import SMALL_BLOCKS, BlockMatrix, BlockPattern, Elimination
 from fsm.kernels.fronts import Supernodes
 from fsm.kernels.low_rank import LowRankEquations
 from fsm.kernels.minimum_degree import few_by_minimum_degree
@@ -32,8 +32,6 @@ _REAL = np.dtype(np.float64)
 _NONZERO = 0.75
 """Smallest fraction of nonzero blocks for which fronts are used; fronts do not skip zero blocks of open contacts and
 held nodes."""
-_SMALL_BLOCKS = 0.06
-"""Part of the usual number of multiplications from which fronts are used for blocks of 3 x 3, whose products are slow."""
 
 
 _FEW = 100
@@ -133,7 +131,7 @@ class LinearSolver:
         low_rank, pattern = matrix.low_rank, matrix.pattern
         assert low_rank is not None
         known = self._analyse(pattern)
-        if self.backend != "block" or matrix.data.dtype != _REAL or known.large(pattern.size, _SMALL_BLOCKS):
+        if self.backend != "block" or matrix.data.dtype != _REAL or known.large(pattern.size, SMALL_BLOCKS):
             return False
         key = pattern, len(low_rank.weights)
         if self._equations is None or self._equations[0] != key:
@@ -375,8 +373,7 @@ class LinearSolver:
     def _has_fronts(self, matrix: BlockMatrix, known: Elimination) -> bool:
         """Whether fronts are faster for a matrix: it is symmetric, large, and has few zero blocks."""
         size = matrix.pattern.size
-        part = _SMALL_BLOCKS if size <= 3 else 1.0
-        if not self._symmetric or matrix.data.dtype != _REAL or not known.large(size, part):
+        if not self._symmetric or matrix.data.dtype != _REAL or not known.fronts_are_faster(size):
             return False
         return bool(fronts.count_nonzero(matrix.data) >= _NONZERO * len(matrix.data))
 

@@ -6,10 +6,10 @@ import numpy as np
 
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_2d
 from fsm.kernels.jit import kernel
-from fsm.model.nodes.arrays import DAMPING, FORCE, LAST, MEAN_OVER, NUMBERS, STIFFNESS, Q, U
+from fsm.model.nodes.arrays import DAMPING, FORCE, LAST, MEAN_OVER, NUMBERS, STIFFNESS, Q, U, no_power
 from fsm.model.nodes.facets import facet
 from fsm.model.nodes.facets.facet import FacetArrays
-from fsm.model.nodes.facets.facet_damping import add_facet_damping, facet_dissipation, facet_rates
+from fsm.model.nodes.facets.facet_damping import add_facet_damping, facet_dissipation
 from fsm.solve.stepping.vectors import scaled
 
 EDGES, ROWS, POINTS, _TENSION, _BEND, _VISCOSITY, EFFORTS, GIVEN, _SLOTS = 1, 6, *range(9, 16)
@@ -33,29 +33,30 @@ def _set_means(now: np.ndarray, before: np.ndarray, over: float, out: np.ndarray
 
 
 @kernel
-def _rates(table: np.ndarray, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Rates of strains (m, 5, 3) and curvatures (m, 3, 3): means over a quasi-static step, else those at the velocities."""
+def _set_mean_rates(table: np.ndarray, own: np.ndarray, over: float, stretching: np.ndarray, turning: np.ndarray) -> None:
+    """Mean rates of strains (m, 5, 3) and curvatures (m, 3, 3) over a quasi-static step."""
     facets, bend, q = _facets_of(own), floats_1d(own, _BEND).reshape(-1, 3, 5, 9), floats_1d(table, Q)
-    count, mean_over = facets.vectors.shape[0], floats_1d(table, NUMBERS)[MEAN_OVER]
-    stretching, turning = np.empty((count, 5, 3)), np.empty((count, 3, 3))
-    if mean_over == 0.0:
-        facet_rates(facets, bend, q, floats_1d(table, U), stretching, turning)
-        return stretching, turning
-    before, last = np.empty((count, 5, 3)), floats_1d(table, LAST)
+    before, last = np.empty(stretching.shape), floats_1d(table, LAST)
     facet.facet_strains(facets, q, stretching)
     facet.facet_strains(facets, last, before)
-    _set_means(stretching.reshape(-1), before.reshape(-1), mean_over, stretching.reshape(-1))
+    _set_means(stretching.reshape(-1), before.reshape(-1), over, stretching.reshape(-1))
     now, then = facet.facet_curvatures(facets, bend, q), facet.facet_curvatures(facets, bend, last)
-    _set_means(now.reshape(-1), then.reshape(-1), mean_over, turning.reshape(-1))
-    return stretching, turning
+    _set_means(now.reshape(-1), then.reshape(-1), over, turning.reshape(-1))
 
 
 @kernel
-def _dissipated(table: np.ndarray, own: np.ndarray, force: np.ndarray) -> float:
-    """Add the forces of damping; returns the dissipated power."""
-    bend, (stretching, turning) = floats_1d(own, _BEND).reshape(-1, 3, 5, 9), _rates(table, own)
+def _dissipated(
+    table: np.ndarray, own: np.ndarray, stretching: np.ndarray, turning: np.ndarray, force: np.ndarray
+) -> float:
+    """Write the rates of strains (m, 5, 3) and curvatures (m, 3, 3), and add the forces of damping; returns the dissipated
+    power.
+    """
+    bend, u, over = floats_1d(own, _BEND).reshape(-1, 3, 5, 9), floats_1d(table, U), floats_1d(table, NUMBERS)[MEAN_OVER]
+    if over > 0.0:
+        _set_mean_rates(table, own, over, stretching, turning)
+        u = u[:0]
     tau = floats_1d(own, _VISCOSITY)[0]
-    return facet_dissipation(_facets_of(own), bend, tau, floats_1d(table, Q), stretching, turning, force)
+    return facet_dissipation(_facets_of(own), bend, tau, floats_1d(table, Q), u, stretching, turning, force)
 
 
 @kernel
@@ -63,13 +64,14 @@ def _force(table: np.ndarray, own: np.ndarray, moving: float) -> float:
     force = floats_1d(table, FORCE)
     facet.add_facet_force(_facets_of(own), floats_1d(table, Q), force)
     if moving * floats_1d(own, _VISCOSITY)[0] > 0.0:
-        _dissipated(table, own, force)
+        count = integers_2d(own, 0).shape[0]
+        _dissipated(table, own, np.empty((count, 5, 3)), np.empty((count, 3, 3)), force)
     return 0.0
 
 
 @kernel
 def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
-    _force(table, own, moving)
+    _force(table, own, 0.0)
     facets, q, given, efforts = _facets_of(own), floats_1d(table, Q), floats_1d(own, GIVEN)[0], floats_3d(own, EFFORTS)
     stiffness, slots = floats_3d(table, STIFFNESS), integers_2d(own, _SLOTS)
     count, tau = slots.shape[0] // 9, floats_1d(own, _VISCOSITY)[0]
@@ -77,7 +79,8 @@ def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
     facet.add_facet_tangent(facets, q, own_efforts, slots.reshape(count, 9, 9), stiffness.shape[1], stiffness.reshape(-1))
     if moving * tau > 0.0:
         bend, u, damping = floats_1d(own, _BEND).reshape(-1, 3, 5, 9), floats_1d(table, U), floats_3d(table, DAMPING)
-        stretching, turning = _rates(table, own)
+        stretching, turning = np.empty((count, 5, 3)), np.empty((count, 3, 3))
+        _dissipated(table, own, stretching, turning, floats_1d(table, FORCE))
         rates = u if floats_1d(table, NUMBERS)[MEAN_OVER] == 0.0 else scaled(0.0, u)
         add_facet_damping(
             facets, bend, tau, q, rates, stretching, turning, slots.reshape(count, 9, 9), stiffness.shape[1],
@@ -96,8 +99,17 @@ def _stored(table: np.ndarray, own: np.ndarray, moving: float) -> float:
 def _lost(table: np.ndarray, own: np.ndarray, moving: float) -> float:
     if moving * floats_1d(own, _VISCOSITY)[0] == 0.0:
         return 0.0
-    return _dissipated(table, own, np.zeros(floats_1d(table, Q).shape[0]))
+    count = integers_2d(own, 0).shape[0]
+    force = np.zeros(floats_1d(table, Q).shape[0])
+    return _dissipated(table, own, np.empty((count, 5, 3)), np.empty((count, 3, 3)), force)
 
 
-FACETS = (_force, _tangent, _stored, _lost)
+@kernel
+def _advance(table: np.ndarray, own: np.ndarray, number: float) -> float:
+    """Write the membrane efforts of the coordinates with the increment that stands in place of rates, to first order."""
+    facet.facet_efforts(_facets_of(own), floats_1d(table, Q), floats_1d(table, U), floats_3d(own, EFFORTS))
+    return 0.0
+
+
+FACETS = (_force, _tangent, _stored, _lost, no_power, no_power, _advance)
 """Kernels of a group, in the order of the columns of `Coordinates.kernels`."""

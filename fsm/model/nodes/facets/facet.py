@@ -126,6 +126,52 @@ def stretch_strains(
 
 
 @kernel(inline=True)
+def stretch_rates(
+    edges: np.ndarray, across: np.ndarray, slopes: np.ndarray, e: np.ndarray, v: np.ndarray, rising: np.ndarray,
+    rates: np.ndarray,
+) -> None:  # fmt: skip
+    """Rates (5, 3) of the strains at rates v (9, 3) of the nodal vectors, and the rates (3, 4, 3) of the slopes."""
+    for k in range(3):
+        total = 0.0
+        for p in range(3):
+            _along(edges[k, p], v, rising[k, p])
+            total += _simpson(p) * _dot(slopes[k, p], rising[k, p])
+        rates[0, k] = total
+        x, y = 3 * k + 1, 3 * k + 2
+        rates[1 + k, 0], rates[1 + k, 1] = _dot(e[x], v[x]), _dot(e[y], v[y])
+        rates[1 + k, 2] = _dot(e[x], v[y]) + _dot(e[y], v[x])
+        _along(across[k], v, rising[k, 3])
+        turned = _dot(rising[k, 2], slopes[k, 3]) - _dot(rising[k, 0], slopes[k, 3])
+        rates[4, k] = turned + (_dot(slopes[k, 2], rising[k, 3]) - _dot(slopes[k, 0], rising[k, 3]))
+
+
+@kernel(inline=True)
+def add_stretch(
+    edges: np.ndarray, across: np.ndarray, efforts: np.ndarray, slopes: np.ndarray, e: np.ndarray, f: np.ndarray
+) -> None:
+    """Add the work of membrane efforts (5, 3) by the nodal vectors, (9, 3)."""
+    for edge in range(3):
+        for point in range(3):
+            w = efforts[0, edge] * _simpson(point)
+            for i in range(9):
+                v = w * edges[edge, point, i]
+                if v != 0.0:
+                    for a in range(3):
+                        f[i, a] += v * slopes[edge, point, a]
+        w = efforts[4, edge]
+        for i in range(9):
+            p = edges[edge, 2, i] - edges[edge, 0, i]
+            v = across[edge, i]
+            for a in range(3):
+                f[i, a] += w * (p * slopes[edge, 3, a] + v * (slopes[edge, 2, a] - slopes[edge, 0, a]))
+        x, y = 3 * edge + 1, 3 * edge + 2
+        nxx, nyy, nxy = efforts[1 + edge]
+        for a in range(3):
+            f[x, a] += nxx * e[x, a] + nxy * e[y, a]
+            f[y, a] += nyy * e[y, a] + nxy * e[x, a]
+
+
+@kernel(inline=True)
 def stretch_efforts(moduli: np.ndarray, strains: np.ndarray, efforts: np.ndarray) -> None:
     """Efforts (5, 3) from strains (5, 3)."""
     for part in range(5):
@@ -222,25 +268,7 @@ def add_facet_force(facets: FacetArrays, q: np.ndarray, force: np.ndarray) -> No
         if facets.tension.shape[0] > 0:
             relax_efforts(facets.points[k], facets.tension[k], strains, efforts)
         f[:] = 0.0
-        for edge in range(3):
-            for point in range(3):
-                w = efforts[0, edge] * _simpson(point)
-                for i in range(9):
-                    v = w * facets.edges[k, edge, point, i]
-                    if v != 0.0:
-                        for a in range(3):
-                            f[i, a] += v * slopes[edge, point, a]
-            w = efforts[4, edge]
-            for i in range(9):
-                p = facets.edges[k, edge, 2, i] - facets.edges[k, edge, 0, i]
-                v = facets.across[k, edge, i]
-                for a in range(3):
-                    f[i, a] += w * (p * slopes[edge, 3, a] + v * (slopes[edge, 2, a] - slopes[edge, 0, a]))
-            x, y = 3 * edge + 1, 3 * edge + 2
-            nxx, nyy, nxy = efforts[1 + edge]
-            for a in range(3):
-                f[x, a] += nxx * e[x, a] + nxy * e[y, a]
-                f[y, a] += nyy * e[y, a] + nxy * e[x, a]
+        add_stretch(facets.edges[k], facets.across[k], efforts, slopes, e, f)
         if flat:
             for i in range(9):
                 for j in range(9):
@@ -317,27 +345,13 @@ def add_geometric(edges: np.ndarray, across: np.ndarray, efforts: np.ndarray, pl
 def facet_efforts(facets: FacetArrays, q: np.ndarray, dx: np.ndarray, out: np.ndarray) -> None:
     """Membrane efforts (m, 5, 3) at q + dx, linearised in dx."""
     e, change, slopes, strains = np.empty((9, 3)), np.empty((9, 3)), np.empty((3, 4, 3)), np.empty((5, 3))
-    moved, turned, beside = np.empty(3), np.empty(3), np.empty(3)
+    rising, increments = np.empty((3, 4, 3)), np.empty((5, 3))
     for k in range(facets.vectors.shape[0]):
         gather(facets.vectors[k], q, e)
         gather(facets.vectors[k], dx, change)
         stretch_strains(facets.edges[k], facets.across[k], facets.rest[k], e, slopes, strains)
-        for edge in range(3):
-            for p in range(3):
-                _along(facets.edges[k, edge, p], change, moved)
-                strains[0, edge] += _simpson(p) * _dot(slopes[edge, p], moved)
-                if p == 0:
-                    for a in range(3):
-                        turned[a] = -moved[a]
-            for a in range(3):
-                turned[a] += moved[a]
-            _along(facets.across[k, edge], change, beside)
-            strains[4, edge] += _dot(turned, slopes[edge, 3])
-            strains[4, edge] += _dot(beside, slopes[edge, 2]) - _dot(beside, slopes[edge, 0])
-            x, y = 3 * edge + 1, 3 * edge + 2
-            strains[1 + edge, 0] += _dot(e[x], change[x])
-            strains[1 + edge, 1] += _dot(e[y], change[y])
-            strains[1 + edge, 2] += _dot(e[x], change[y]) + _dot(e[y], change[x])
+        stretch_rates(facets.edges[k], facets.across[k], slopes, e, change, rising, increments)
+        strains += increments
         stretch_efforts(facets.moduli[k], strains, out[k])
         if facets.tension.shape[0] > 0:
             relax_efforts(facets.points[k], facets.tension[k], strains, out[k])

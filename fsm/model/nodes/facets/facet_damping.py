@@ -16,8 +16,10 @@ import numpy as np
 from fsm.kernels.jit import kernel
 from fsm.model.nodes.curvature import (
     add_curvature_stiffness,
+    curvature_effort,
     curvature_gradient,
     curvature_gradient_rates,
+    curvature_rates,
     map_vectors,
     normal,
 )
@@ -26,37 +28,9 @@ from fsm.model.nodes.facets.facet import FacetArrays
 
 
 @kernel
-def facet_rates(
-    facets: FacetArrays, rows: np.ndarray, q: np.ndarray, u: np.ndarray, stretching: np.ndarray, turning: np.ndarray
-) -> None:
-    """Rates of the strains (m, 5, 3) and of the curvatures (m, 3, 3), 1/s and 1/(m s); `rows`: `FacetRows.bend`."""
-    e, v, slopes, strains = np.empty((9, 3)), np.empty((9, 3)), np.empty((3, 4, 3)), np.empty((5, 3))
-    gradients, gradient = np.zeros((15, 27)), np.empty((3, 15))
-    g, w, n, c = np.empty(15), np.empty(15), np.empty(3), np.empty(3)
-    for k in range(facets.vectors.shape[0]):
-        facet.gather(facets.vectors[k], q, e)
-        facet.gather(facets.vectors[k], u, v)
-        facet.stretch_strains(facets.edges[k], facets.across[k], facets.rest[k], e, slopes, strains)
-        facet.stretch_gradients(facets.edges[k], facets.across[k], slopes, e, gradients)
-        for s in range(15):
-            total = 0.0
-            for i in range(27):
-                total += gradients[s, i] * v[i // 3, i % 3]
-            stretching[k, s // 3, s % 3] = total
-        for point in range(3):
-            facet.bend_point(rows[k, point], e, g)
-            facet.bend_point(rows[k, point], v, w)
-            curvature_gradient(g, n, normal(g, n), c, gradient)
-            for i in range(3):
-                turning[k, point, i] = 0.0
-                for j in range(15):
-                    turning[k, point, i] += gradient[i, j] * w[j]
-
-
-@kernel
 def facet_dissipation(
-    facets: FacetArrays, rows: np.ndarray, tau: float, q: np.ndarray, stretching: np.ndarray, turning: np.ndarray,
-    force: np.ndarray,
+    facets: FacetArrays, rows: np.ndarray, tau: float, q: np.ndarray, u: np.ndarray, stretching: np.ndarray,
+    turning: np.ndarray, force: np.ndarray,
 ) -> float:  # fmt: skip
     """Add the forces of damping of all triangles; returns the dissipated power, W.
 
@@ -67,41 +41,46 @@ def facet_dissipation(
         `FacetRows.bend`.
     tau : s
     q : (n,) array
-    stretching, turning : (m, 5, 3) and (m, 3, 3) arrays
-        See `facet_rates`.
+    u : (n,) array
+        Velocities; empty if the rates are given.
+    stretching, turning : (m, 5, 3) and (m, 3, 3) arrays, 1/s and 1/(m s)
+        Rates of the strains and of the curvatures. Those of the velocities are written here.
     force : (n,) array, changed in place
     """
-    e, slopes, strains, efforts = np.empty((9, 3)), np.empty((3, 4, 3)), np.empty((5, 3)), np.empty((5, 3))
-    gradients, gradient = np.zeros((15, 27)), np.empty((3, 15))
-    g, n, c, m, f = np.empty(15), np.empty(3), np.empty(3), np.empty(3), np.empty(27)
-    power = 0.0
+    e, v, slopes, strains = np.empty((9, 3)), np.empty((9, 3)), np.empty((3, 4, 3)), np.empty((5, 3))
+    rising, efforts, f = np.empty((3, 4, 3)), np.empty((5, 3)), np.empty((9, 3))
+    g, w, n, c, m, effort = np.empty(15), np.empty(15), np.empty(3), np.empty(3), np.empty(3), np.empty(15)
+    power, moving = 0.0, u.shape[0] > 0
     for k in range(facets.vectors.shape[0]):
         facet.gather(facets.vectors[k], q, e)
         facet.stretch_strains(facets.edges[k], facets.across[k], facets.rest[k], e, slopes, strains)
-        facet.stretch_gradients(facets.edges[k], facets.across[k], slopes, e, gradients)
+        if moving:
+            facet.gather(facets.vectors[k], u, v)
+            facet.stretch_rates(facets.edges[k], facets.across[k], slopes, e, v, rising, stretching[k])
         facet.stretch_efforts(facets.moduli[k], stretching[k], efforts)
+        for part in range(5):
+            for i in range(3):
+                efforts[part, i] *= tau
+                power += efforts[part, i] * stretching[k, part, i]
         f[:] = 0.0
-        for s in range(15):
-            effort = tau * efforts[s // 3, s % 3]
-            power += effort * stretching[k, s // 3, s % 3]
-            for i in range(27):
-                f[i] += effort * gradients[s, i]
+        facet.add_stretch(facets.edges[k], facets.across[k], efforts, slopes, e, f)
         for point in range(3):
             facet.bend_point(rows[k, point], e, g)
-            curvature_gradient(g, n, normal(g, n), c, gradient)
+            size = normal(g, n)
+            if moving:
+                facet.bend_point(rows[k, point], v, w)
+                curvature_rates(g, w, n, size, c, turning[k, point])
             _moments(facets.bend_moduli[k], tau, turning[k, point], m)
             for i in range(3):
                 power += m[i] * turning[k, point, i]
+            curvature_effort(g, n, size, m, c, effort)
             for d in range(5):
-                for a in range(3):
-                    effort = 0.0
-                    for i in range(3):
-                        effort += m[i] * gradient[i, 3 * d + a]
-                    for j in range(9):
-                        f[3 * j + a] += rows[k, point, d, j] * effort
+                for i in range(9):
+                    for a in range(3):
+                        f[i, a] += rows[k, point, d, i] * effort[3 * d + a]
         for i in range(9):
             for a in range(3):
-                force[facets.vectors[k, i] + a] -= f[3 * i + a]
+                force[facets.vectors[k, i] + a] -= f[i, a]
     return power
 
 
@@ -132,7 +111,7 @@ def add_facet_damping(
     e, v, slopes, strains = np.empty((9, 3)), np.empty((9, 3)), np.empty((3, 4, 3)), np.empty((5, 3))
     rising, efforts = np.empty((3, 4, 3)), np.empty((5, 3))
     gradients, changes, weighed = np.zeros((24, 27)), np.zeros((24, 27)), np.empty((24, 27))  # stretch, then curvatures
-    h, d, half, plain = np.empty((27, 27)), np.empty((27, 27)), np.empty((27, 27)), np.empty((9, 9))
+    d, half, further, plain = np.empty((27, 27)), np.empty((27, 27)), np.zeros((27, 27)), np.empty((9, 9))
     g, w, n, c, work = np.empty(15), np.empty(15), np.empty(3), np.empty(3), np.empty((15, 15))
     gradient, change, m, by_slopes = np.empty((3, 15)), np.empty((3, 15)), np.empty(3), np.empty((6, 27))
     moving = _any(u)
@@ -165,28 +144,20 @@ def add_facet_damping(
         efforts *= tau
         plain[:] = 0.0
         facet.add_geometric(facets.edges[k], facets.across[k], efforts, plain)
-        for i in range(27):
-            for j in range(27):
-                h[i, j] = half[i, j] + half[j, i]
-        for i in range(9):
-            for j in range(9):
-                for a in range(3):
-                    h[3 * i + a, 3 * j + a] += plain[i, j]
         weighed *= tau
         np.dot(gradients.T, weighed, d)
-        for i in range(27):
-            for j in range(i):
-                d[i, j] = d[j, i]  # without round-off
         if moving:
-            np.dot(weighed.T, changes, half)
-            h += half
+            np.dot(weighed.T, changes, further)
         for i in range(9):
             for j in range(9):
                 slot = slots[k, i, j]
                 for a in range(3):
+                    stiffness[slot + a * size + a] += plain[i, j]
                     for b in range(3):
-                        stiffness[slot + a * size + b] += h[3 * i + a, 3 * j + b]
-                        damping[slot + a * size + b] += d[3 * i + a, 3 * j + b]
+                        row, column = 3 * i + a, 3 * j + b
+                        stiffness[slot + a * size + b] += (half[row, column] + half[column, row]) + further[row, column]
+                        # the upper triangle stands for both, so the damping is symmetric to the last bit
+                        damping[slot + a * size + b] += d[min(row, column), max(row, column)]
 
 
 @kernel(inline=True)

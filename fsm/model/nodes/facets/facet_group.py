@@ -59,6 +59,11 @@ class FacetGroup(ElementGroup):
         return [*own, bend, np.array([self.viscosity]), efforts, np.zeros(1)]
 
     @property
+    def mixed(self) -> tuple[np.ndarray, np.ndarray]:
+        """Membrane efforts of the table, flat, and (1,) 1 if they give the geometric stiffness, else 0."""
+        return self.table[EFFORTS].reshape(-1), self.table[GIVEN]
+
+    @property
     def effort_count(self) -> int:
         """Number of membrane efforts."""
         return 15 * len(self.vectors)
@@ -75,9 +80,10 @@ class FacetGroup(ElementGroup):
 
     def give_efforts(self, efforts: np.ndarray | None) -> None:
         """Let these membrane efforts give the geometric stiffness from now on; None: those of the coordinates."""
-        self.table[GIVEN][0] = 0.0 if efforts is None else 1.0
+        own, given = self.mixed
+        given[0] = 0.0 if efforts is None else 1.0
         if efforts is not None:
-            self.table[EFFORTS].ravel()[:] = efforts
+            own[:] = efforts
 
     def energies(self, q: np.ndarray) -> tuple[float, float]:
         """Energy of stretch and of bending, J."""

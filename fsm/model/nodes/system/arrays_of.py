@@ -12,10 +12,9 @@ from fsm.kernels.addresses import address_table
 from fsm.kernels.block_equations import equation_kernels, pattern_arrays
 from fsm.kernels.block_lu import factorise
 from fsm.kernels.blocks import BlockPattern, Elimination
-from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import Pointer
 from fsm.kernels.programs import table_of
-from fsm.model.nodes.arrays import KINDS_OF_ENERGY, Arrays, Coordinates, Moved, Rows
+from fsm.model.nodes.arrays import ADVANCE_AT, KINDS_OF_ENERGY, Arrays, Coordinates, Moved, Rows, no_power
 from fsm.model.nodes.group import set_held
 from fsm.model.nodes.system.array_kernels import AT_REST, KERNELS
 from fsm.solve.interface.records import Ready
@@ -24,11 +23,6 @@ from fsm.solve.stepping.model import ArrayModel
 
 if TYPE_CHECKING:
     from fsm.model.nodes.system.moving_mesh import MovingMesh
-
-@kernel
-def _none(table: np.ndarray, own: np.ndarray, number: float) -> float:
-    """Power of elements without time and memory."""
-    return 0.0
 
 
 _KINDS = {name: number for number, name in enumerate(KINDS_OF_ENERGY, start=1)}
@@ -110,12 +104,12 @@ def coordinates_of(
     )  # fmt: skip
     flat = list(_flat(arrays))
     table, flags = address_table(flat), np.zeros(3, dtype=np.int64)
-    kernels, tables = np.zeros((len(groups), 6), dtype=np.int64), []
+    kernels, tables = np.zeros((len(groups), ADVANCE_AT + 1), dtype=np.int64), []
     for row, group, slots in zip(kernels, groups, all_slots, strict=True):
         held = group.arrays_with(slots)
         flat += held
         tables.append(address_table(held))
-        all_kernels = (*group.kernels, *(_none,) * (len(row) - len(group.kernels)))
+        all_kernels = (*group.kernels, *(no_power,) * (len(row) - len(group.kernels)))
         row[:] = [Pointer(one, table, tables[-1], 0.0).address for one in all_kernels]
     accepting, accept_tables = [], []
     accepted = [(group.accept, group.table) for group in groups if group.accept is not None]
