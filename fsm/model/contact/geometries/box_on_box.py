@@ -1,0 +1,771 @@
+"""Contact of two boxes as an elastic foundation of one of them, from flat faces to crossed edges, as a sum over cells.
+
+The smaller box (the one with the smaller largest face, then the thicker one) is divided into cells: each of its faces has
+n x n parts (`contact.points_per_segment`), and a cell is the volume below a part whose nearest face is this one. With the depth
+t(x) of a point below this face, and the area S_c of the part, a cell has the penetration
+
+    d = (2/S_c int t dV)^(1/2)        over the volume of the cell that is inside the other box.
+
+Its force is K S_c/S d^e grad d with the area S of the smaller one of the largest faces of both boxes. d is the depth itself
+if the other box covers the cell with a parallel face. With e = 1, the energy of all cells is
+
+    U = K/S int t dV        over the common volume of both boxes,
+
+and the forces are the pressure K/S t on the faces of the other box inside the smaller one (Johnson, Contact Mechanics,
+Cambridge 1985, section 4.3; Elandt et al. 2019 for volumes). Force, energy and tangent are continuous from one kind of contact
+to another: corners, edges and faces are not distinguished. With e = 1 and k = K/S, on a face of the smaller box:
+
+    face            k times the overlapping area times the depth delta
+    edge            k L delta^2/sin 2a for the length L of the edge and faces at the angles a and pi/2 - a to the face
+    corner          k times the volume of the corner below the face; sqrt(3)/2 k delta^3 if it is symmetric
+    crossed edges   F = sqrt(2)/6 k delta^3... see `test_crossed_edges`
+
+Integrals over the polygons in which the cells cut the faces of the other box are exact, and so are their derivatives: each
+corner of a polygon carries its derivative by the relative motion through all cuts.
+
+Known errors: cells do not deform each other, so K has to be chosen for one kind of contact. A band of the width of the
+depth along the edges of the smaller box is nearest to its sides: flat faces have 1 - delta/a (2 a the shorter side) of their
+stiffness, to first order. With e other than 1, a cell that is covered in part, T of its area, has the force K S_c/S T^((e+1)/2)
+delta^e. Friction acts at the centre of pressure of each cell: spin friction of a whole square face is 7.6 % low with n = 2, 1.9 %
+with n = 4.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from fsm.case.schema.model import Model
+from fsm.case.schema.units import Length, Number
+from fsm.errors import CaseError, Fault
+from fsm.interactions.contact.contact_frame import add_contact_tangent
+from fsm.kernels.jit import kernel
+from fsm.kernels.rotation import fill_rotation, rotation_matrix
+from fsm.kernels.tables import Floats1, Floats2, Floats3, Integers2, follows
+from fsm.kernels.vector import cross, dot
+from fsm.model.bodies.contact_arrays import STARTED, ContactArrays, forces_of, index_of
+from fsm.model.contact.contact_table import ContactTable
+from fsm.model.contact.pair_contacts import PairContacts
+from fsm.model.contact.touching import Touching
+from fsm.registry import GEOMETRIES, AddedLaw
+
+_Size = Annotated[Length, Field(gt=0)]
+_PLANES, _WALLS, _CORNERS = 10, 5, 10
+"""Planes of a cell, its faces that are not parallel to the depth, and the largest number of their corners."""
+_MOST = 24
+"""Room for the corners of a polygon."""
+_LOOKS = 2000
+"""Largest number of places between two states at which boxes are examined for passing through each other."""
+
+
+class BoxOnBox(Model):
+    """Parameters of a pair of boxes."""
+
+    sizes: tuple[tuple[_Size, _Size, _Size], tuple[_Size, _Size, _Size]] = Field(
+        description="sizes of the first and the second box along their own axes"
+    )
+    first_at: tuple[Length, Length, Length] = Field(
+        default=(0.0, 0.0, 0.0), description="middle of the first box, axes of its body"
+    )
+    second_at: tuple[Length, Length, Length] = Field(
+        default=(0.0, 0.0, 0.0), description="middle of the second box, axes of its body"
+    )
+    first_orientation: tuple[Number, Number, Number, Number] = Field(
+        default=(1.0, 0.0, 0.0, 0.0), description="axes of the first box in those of its body, unit quaternion"
+    )
+    second_orientation: tuple[Number, Number, Number, Number] = Field(
+        default=(1.0, 0.0, 0.0, 0.0), description="axes of the second box in those of its body, unit quaternion"
+    )
+
+
+class BoxArrays(NamedTuple):
+    """Bodies of all pairs, the smaller box first; middles and axes of the boxes in body axes, half sizes (m), distances
+    of their corners from the middles (m), and the largest depth (m). For each cell: axis and side of its face, the area
+    S_c (m^2), the middle of its part, planes (normal, distance) around it, and its walls (corners, their numbers, and the
+    cosine of the angle of their normal with the depth); axes of the smaller box.
+    """
+
+    ends: Integers2
+    middles: Floats3
+    first_axes: Floats3
+    second_axes: Floats3
+    halves: Floats3
+    reach: Floats2
+    deepest: Floats1
+    faces: Integers2
+    areas: Floats1
+    centres: Floats2
+    planes: Floats3
+    walls: Floats3
+    corners: Integers2
+    slopes: Floats2
+
+
+_own = follows(BoxArrays, ContactArrays)
+
+
+class _Pair(NamedTuple):
+    """Rotation (3, 3) of the smaller box (A), and in its axes: the axes of the other (B) as columns, and its middle from
+    that of A (m).
+    """
+
+    frame: np.ndarray
+    turn: np.ndarray
+    apart: np.ndarray
+
+
+class _Sums(NamedTuple):
+    """Integrals over the faces of B in a cell, axes of A: pressure t with the normals (m^3), with the moments of the
+    normals (m^4), with the places (m^4), and alone (m^3); each with its derivatives by a small motion of B in A (translation,
+    rotation).
+    """
+
+    push: np.ndarray
+    couple: np.ndarray
+    lever: np.ndarray
+    load: np.ndarray
+    push_by: np.ndarray
+    couple_by: np.ndarray
+    lever_by: np.ndarray
+    load_by: np.ndarray
+
+
+class _Room(NamedTuple):
+    """Corners of two polygons, and their derivatives by the motion."""
+
+    one: np.ndarray
+    two: np.ndarray
+    one_by: np.ndarray
+    two_by: np.ndarray
+
+
+@kernel
+def _sums() -> _Sums:
+    return _Sums(
+        np.empty(3), np.empty(3), np.empty(3), np.empty(1), np.empty((6, 3)), np.empty((6, 3)), np.empty((6, 3)), np.empty(6)
+    )
+
+
+@kernel
+def _room(bent: bool) -> _Room:
+    size = _MOST if bent else 0
+    return _Room(np.empty((_MOST, 3)), np.empty((_MOST, 3)), np.empty((size, 6, 3)), np.empty((size, 6, 3)))
+
+
+@kernel
+def _pair(g: ContactArrays, poses: np.ndarray, number: int) -> _Pair:
+    own = _own(g)
+    pair, turn, other = _Pair(np.empty((3, 3)), np.empty((3, 3)), np.empty(3)), np.empty((3, 3)), np.empty((3, 3))
+    away = np.empty(3)
+    one, two = own.ends[number, 0], own.ends[number, 1]
+    fill_rotation(poses[one, 3:7], turn)
+    fill_rotation(poses[two, 3:7], other)
+    for i in range(3):
+        away[i] = poses[two, i] - poses[one, i]
+        for k in range(3):
+            away[i] += other[i, k] * own.middles[number, 1, k] - turn[i, k] * own.middles[number, 0, k]
+            pair.frame[i, k] = 0.0
+            for m in range(3):
+                pair.frame[i, k] += turn[i, m] * own.first_axes[number, m, k]
+    for i in range(3):
+        pair.apart[i] = dot(pair.frame[:, i], away)
+        for k in range(3):
+            pair.turn[i, k] = 0.0
+            for m in range(3):
+                for c in range(3):
+                    pair.turn[i, k] += pair.frame[m, i] * other[m, c] * own.second_axes[number, c, k]
+    return pair
+
+
+@kernel
+def _separation(g: ContactArrays, pair: _Pair, number: int) -> float:
+    """Largest distance of both boxes along normals of faces and of pairs of edges, m; below zero where they overlap."""
+    one, two = _own(g).halves[number, 0], _own(g).halves[number, 1]
+    axis, most = np.empty(3), -np.inf
+    for k in range(15):
+        for i in range(3):
+            axis[i] = (1.0 if i == k else 0.0) if k < 3 else pair.turn[i, k % 3]
+        if k >= 6:
+            edge, (x, y, z) = (k - 6) // 3, (axis[0], axis[1], axis[2])
+            axis[0], axis[1], axis[2] = (
+                (0.0, -z, y) if edge == 0 else (z, 0.0, -x) if edge == 1 else (-y, x, 0.0)
+            )  # fmt: skip
+        size = np.sqrt(dot(axis, axis))
+        if size < 1e-6:
+            continue
+        away = abs(dot(axis, pair.apart))
+        for i in range(3):
+            away -= one[i] * abs(axis[i]) + two[i] * abs(dot(axis, pair.turn[:, i]))
+        most = max(most, away / size)
+    return float(most)
+
+
+@kernel
+def _cut(
+    points: np.ndarray, points_by: np.ndarray, count: int, plane: np.ndarray, kept: np.ndarray, kept_by: np.ndarray
+) -> int:
+    """Write the part of a convex polygon where plane[:3].x < plane[3]; return the number of its corners."""
+    out, bent = 0, points_by.shape[0] > 0
+    for v in range(count):
+        w = v + 1 if v + 1 < count else 0
+        a, b = dot(plane, points[v]) - plane[3], dot(plane, points[w]) - plane[3]
+        if a <= 0.0:
+            for c in range(3):
+                kept[out, c] = points[v, c]
+            if bent:
+                for m in range(6):
+                    for c in range(3):
+                        kept_by[out, m, c] = points_by[v, m, c]
+            out += 1
+        if (a < 0.0 < b) or (b < 0.0 < a):
+            part = a / (a - b)
+            for c in range(3):
+                kept[out, c] = points[v, c] + part * (points[w, c] - points[v, c])
+            if bent:
+                for m in range(6):
+                    shift = (a * dot(plane, points_by[w, m]) - b * dot(plane, points_by[v, m])) / (a - b) ** 2
+                    for c in range(3):
+                        kept_by[out, m, c] = (
+                            points_by[v, m, c] + part * (points_by[w, m, c] - points_by[v, m, c])
+                            + shift * (points[w, c] - points[v, c])
+                        )  # fmt: skip
+            out += 1
+    return out if out > 2 else 0
+
+
+@kernel
+def _face(g: ContactArrays, pair: _Pair, number: int, slot: int, face: int, bent: bool, room: _Room) -> tuple[int, bool]:
+    """Write the part of a face of B inside a cell; return the number of its corners, and whether it is `room.one`."""
+    own, axis, side = _own(g), face // 2, 1.0 - 2.0 * (face % 2)
+    half, points = own.halves[number, 1], room.one
+    b, c = (axis + 1) % 3, (axis + 2) % 3
+    for v in range(4):
+        s, t = (1.0 if v in (0, 3) else -1.0) * half[b], (1.0 if v < 2 else -1.0) * half[c]
+        for i in range(3):
+            points[v, i] = (
+                pair.apart[i] + side * half[axis] * pair.turn[i, axis] + s * pair.turn[i, b] + t * pair.turn[i, c]
+            )
+        if bent:
+            x, y, z, by = points[v, 0], points[v, 1], points[v, 2], room.one_by[v]
+            by[:] = 0.0
+            by[0, 0] = by[1, 1] = by[2, 2] = 1.0
+            by[3, 1], by[3, 2], by[4, 0], by[4, 2], by[5, 0], by[5, 1] = -z, y, z, -x, -y, x
+    count, first = 4, True
+    for p in range(_PLANES):
+        plane = own.planes[slot, p]
+        if first:
+            count = _cut(room.one, room.one_by, count, plane, room.two, room.two_by)
+        else:
+            count = _cut(room.two, room.two_by, count, plane, room.one, room.one_by)
+        first = not first
+        if count == 0:
+            break
+    return count, first
+
+
+@kernel
+def _cell(g: ContactArrays, pair: _Pair, number: int, slot: int, bent: bool, room: _Room, out: _Sums) -> float:
+    """Write the integrals over the faces of B in a cell, with their derivatives if `bent`; return int t dV, m^4."""
+    own = _own(g)
+    i, s = own.faces[slot, 0], float(own.faces[slot, 1])
+    high = own.halves[number, 0, i]
+    total = 0.0
+    normal, area, moved, edge, other = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    t, moment, part = np.empty(3), np.empty(3), np.empty(3)
+    out.push[:], out.couple[:], out.lever[:], out.load[:] = 0.0, 0.0, 0.0, 0.0
+    if bent:
+        out.push_by[:], out.couple_by[:], out.lever_by[:], out.load_by[:] = 0.0, 0.0, 0.0, 0.0
+    for face in range(6):
+        count, first = _face(g, pair, number, slot, face, bent, room)
+        if count == 0:
+            continue
+        points, points_by = (room.one, room.one_by) if first else (room.two, room.two_by)
+        axis, side = face // 2, 1.0 - 2.0 * (face % 2)
+        for c in range(3):
+            normal[c] = side * pair.turn[c, axis]
+        for v in range(1, count - 1):
+            for c in range(3):
+                edge[c], other[c] = points[v, c] - points[0, c], points[v + 1, c] - points[0, c]
+            cross(edge, other, area)
+            size = 0.5 * side * dot(area, normal)
+            t[0], t[1], t[2] = high - s * points[0, i], high - s * points[v, i], high - s * points[v + 1, i]
+            sum_t = t[0] + t[1] + t[2]
+            total -= 0.5 * s * normal[i] * size / 12.0 * (t[0] ** 2 + t[1] ** 2 + t[2] ** 2 + sum_t**2)
+            load = size * sum_t / 3.0
+            out.load[0] += load
+            for c in range(3):
+                sum_x = points[0, c] + points[v, c] + points[v + 1, c]
+                moment[c] = (t[0] * points[0, c] + t[1] * points[v, c] + t[2] * points[v + 1, c] + sum_t * sum_x) / 12.0
+                out.push[c] += load * normal[c]
+                out.lever[c] += size * moment[c]
+            cross(moment, normal, part)
+            for c in range(3):
+                out.couple[c] += size * part[c]
+            if not bent:
+                continue
+            for m in range(6):
+                by_0, by_1, by_2 = points_by[0, m], points_by[v, m], points_by[v + 1, m]
+                size_by = 0.0
+                for c in range(3):
+                    d, e = (c + 1) % 3, (c + 2) % 3
+                    size_by += 0.5 * side * normal[c] * (
+                        (by_1[d] - by_0[d]) * other[e] - (by_1[e] - by_0[e]) * other[d]
+                        + edge[d] * (by_2[e] - by_0[e]) - edge[e] * (by_2[d] - by_0[d])
+                    )  # fmt: skip
+                sum_by = -s * (by_0[i] + by_1[i] + by_2[i])
+                load_by = (size_by * sum_t + size * sum_by) / 3.0
+                out.load_by[m] += load_by
+                for c in range(3):
+                    sum_x = points[0, c] + points[v, c] + points[v + 1, c]
+                    moved[c] = size_by * moment[c] + size / 12.0 * (
+                        t[0] * by_0[c] + t[1] * by_1[c] + t[2] * by_2[c] + sum_by * sum_x
+                        + sum_t * (by_0[c] + by_1[c] + by_2[c])
+                        - s * (by_0[i] * points[0, c] + by_1[i] * points[v, c] + by_2[i] * points[v + 1, c])
+                    )  # fmt: skip
+                    out.push_by[m, c] += load_by * normal[c]
+                    out.lever_by[m, c] += moved[c]
+                cross(moved, normal, part)
+                for c in range(3):
+                    out.couple_by[m, c] += part[c]
+                if m >= 3:  # the normal turns too
+                    area[:] = 0.0
+                    area[m - 3] = 1.0
+                    cross(area, normal, moved)
+                    cross(moment, moved, part)
+                    for c in range(3):
+                        out.push_by[m, c] += load * moved[c]
+                        out.couple_by[m, c] += size * part[c]
+    if out.load[0] == 0.0:
+        return 0.0
+    plane = np.empty(4)
+    for wall in range(_WALLS):
+        count, first = own.corners[slot, wall], True
+        for v in range(count):
+            for c in range(3):
+                room.one[v, c] = own.walls[_WALLS * slot + wall, v, c]
+        for face in range(6):
+            if count == 0:
+                break
+            axis, side = face // 2, 1.0 - 2.0 * (face % 2)
+            for c in range(3):
+                plane[c] = side * pair.turn[c, axis]
+            plane[3] = own.halves[number, 1, axis] + dot(plane, pair.apart)
+            if first:
+                count = _cut(room.one, room.one_by[:0], count, plane, room.two, room.two_by[:0])
+            else:
+                count = _cut(room.two, room.two_by[:0], count, plane, room.one, room.one_by[:0])
+            first = not first
+        points = room.one if first else room.two
+        for v in range(1, count - 1):
+            for c in range(3):
+                edge[c], other[c] = points[v, c] - points[0, c], points[v + 1, c] - points[0, c]
+            cross(edge, other, area)
+            t[0], t[1], t[2] = high - s * points[0, i], high - s * points[v, i], high - s * points[v + 1, i]
+            total -= own.slopes[slot, wall] * np.sqrt(dot(area, area)) / 48.0 * (
+                t[0] ** 2 + t[1] ** 2 + t[2] ** 2 + (t[0] + t[1] + t[2]) ** 2
+            )  # fmt: skip
+    return max(total, 0.0)
+
+
+@kernel
+def _open_gap(g: ContactArrays, pair: _Pair, number: int, slot: int, normal: np.ndarray) -> tuple[float, int]:
+    """Distance of the middle of a part of a face from B, m, and the number of directions in which it is beside B; writes
+    the distance as a vector in the axes of B.
+    """
+    own, beside = _own(g), 0
+    for k in range(3):
+        y = 0.0
+        for c in range(3):
+            y += pair.turn[c, k] * (own.centres[slot, c] - pair.apart[c])
+        half = own.halves[number, 1, k]
+        normal[k] = y - half if y > half else y + half if y < -half else 0.0
+        if normal[k] != 0.0:
+            beside += 1
+    return np.sqrt(dot(normal, normal)), beside
+
+
+@kernel
+def _apart(g: ContactArrays, poses: np.ndarray, number: int) -> float:
+    """Distance of the spheres around both boxes, m."""
+    own = _own(g)
+    one, two, turn, square = own.ends[number, 0], own.ends[number, 1], np.empty((2, 3, 3)), 0.0
+    fill_rotation(poses[one, 3:7], turn[0])
+    fill_rotation(poses[two, 3:7], turn[1])
+    for i in range(3):
+        away = poses[two, i] - poses[one, i]
+        for k in range(3):
+            away += turn[1, i, k] * own.middles[number, 1, k] - turn[0, i, k] * own.middles[number, 0, k]
+        square += away * away
+    return float(np.sqrt(square) - own.reach[number, 0] - own.reach[number, 1])
+
+
+@kernel
+def _find(g: ContactArrays, poses: np.ndarray, below: float) -> int:
+    own, room, found, normal, count = _own(g), _room(False), _sums(), np.empty(3), 0
+    pairs = own.ends.shape[0]
+    cells = own.areas.shape[0] // pairs
+    for number in range(pairs):
+        if _apart(g, poses, number) >= below:
+            continue
+        pair = _pair(g, poses, number)
+        away = _separation(g, pair, number)
+        if away >= below:
+            continue
+        for slot in range(number * cells, (number + 1) * cells):
+            inside = _cell(g, pair, number, slot, False, room, found) if away < 0.0 else 0.0
+            if inside > 0.0:
+                gap = -np.sqrt(2.0 * inside / own.areas[slot])
+            else:
+                gap = _open_gap(g, pair, number, slot, normal)[0]
+            if gap < below:
+                g.slot[count], g.gap[count] = slot, gap
+                count += 1
+    return count
+
+
+@kernel
+def _motions(g: ContactArrays, poses: np.ndarray, pair: _Pair, number: int, way: np.ndarray, change: np.ndarray) -> None:
+    """Write the motion of B in A (translation, rotation) by each coordinate, (12, 6), and its derivatives (12, 12, 6)."""
+    own, other, at, moved, part = _own(g), np.empty((3, 3)), np.empty((2, 3)), np.empty(3), np.empty(3)
+    fill_rotation(poses[own.ends[number, 1], 3:7], other)
+    way[:], change[:] = 0.0, 0.0
+    for k in range(3):  # centres of the bodies from the middle of A, in its axes
+        at[0, k] = -dot(own.first_axes[number, :, k], own.middles[number, 0])
+        at[1, k] = pair.apart[k]
+        for c in range(3):
+            at[1, k] -= pair.turn[k, c] * dot(own.second_axes[number, :, c], own.middles[number, 1])
+    for j in range(3):
+        for k in range(3):
+            way[j, k], way[6 + j, k] = -pair.frame[j, k], pair.frame[j, k]
+            way[3 + j, 3 + k], way[9 + j, 3 + k] = -own.first_axes[number, j, k], dot(pair.frame[:, k], other[:, j])
+        for side in range(2):
+            cross(at[side], way[3 + 6 * side + j, 3:], way[3 + 6 * side + j, :3])
+    for n in range(12):
+        cross(way[n, 3:], at[1], moved)
+        for k in range(3):
+            moved[k] += way[n, k]
+        for j in range(3):
+            if 3 <= n < 6:
+                cross(way[n, 3:], way[j, :3], change[j, n, :3])
+                cross(way[n, 3:], way[6 + j, :3], change[6 + j, n, :3])
+            cross(way[n, 3:], way[9 + j, 3:], change[9 + j, n, 3:])
+            cross(at[1], change[9 + j, n, 3:], change[9 + j, n, :3])
+            cross(moved, way[9 + j, 3:], part)
+            for k in range(3):
+                change[9 + j, n, k] += part[k]
+
+
+class _Contact(NamedTuple):
+    """Pressed point in the axes of A: gradient of the gap as a force and a moment (6,), its derivatives by the motion (6, 6);
+    vector N and point x of the slip, with their derivatives (6, 3). The slip is (|N| - N N^T/|N|) v(x).
+    """
+
+    pull: np.ndarray
+    pull_by: np.ndarray
+    normal: np.ndarray
+    normal_by: np.ndarray
+    place: np.ndarray
+    place_by: np.ndarray
+
+
+@kernel
+def _contact(g: ContactArrays, pair: _Pair, number: int, slot: int, bent: bool, room: _Room, found: _Sums, out: _Contact) -> None:
+    """Write the contact of a cell."""
+    own = _own(g)
+    inside = _cell(g, pair, number, slot, bent, room, found)
+    if inside > 0.0:
+        scale = 1.0 / (own.areas[slot] * np.sqrt(2.0 * inside / own.areas[slot]))  # 1/(S_c d)
+        load = found.load[0]
+        for k in range(3):
+            out.pull[k], out.pull[3 + k] = -scale * found.push[k], -scale * found.couple[k]
+            out.normal[k], out.place[k] = scale * found.push[k], found.lever[k] / load
+        if bent:
+            for m in range(6):
+                # the integral changes with the motion by (push, couple), so 1/d by -(push, couple)/(S_c d^3)
+                less = -(found.push[m] if m < 3 else found.couple[m - 3]) * scale * scale * scale * own.areas[slot]
+                for k in range(3):
+                    out.normal_by[m, k] = scale * found.push_by[m, k] + less * found.push[k]
+                    out.pull_by[m, k] = -out.normal_by[m, k]
+                    out.pull_by[m, 3 + k] = -scale * found.couple_by[m, k] - less * found.couple[k]
+                    out.place_by[m, k] = (found.lever_by[m, k] - out.place[k] * found.load_by[m]) / load
+        return
+    local, point = np.empty(3), own.centres[slot]
+    gap, beside = _open_gap(g, pair, number, slot, local)
+    for k in range(3):
+        out.normal[k], out.place[k] = 0.0, point[k]
+        for c in range(3):
+            out.normal[k] += pair.turn[k, c] * local[c] / gap
+    moment, axis, moved, turned, change = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    cross(point, out.normal, moment)
+    for k in range(3):
+        out.pull[k], out.pull[3 + k] = -out.normal[k], -moment[k]
+    if not bent:
+        return
+    for m in range(6):
+        axis[:] = 0.0
+        axis[m % 3] = 1.0
+        if m < 3:
+            turned[:] = 0.0
+            for k in range(3):
+                moved[k] = -axis[k]
+        else:
+            cross(axis, out.normal, turned)
+            cross(point, axis, moved)
+        for k in range(3):
+            change[k] = turned[k]
+        if beside > 1:  # nearest to an edge or a corner
+            along = dot(out.normal, moved)
+            for c in range(3):
+                if local[c] != 0.0:
+                    part = dot(pair.turn[:, c], moved) - along * local[c] / gap
+                    for k in range(3):
+                        change[k] += pair.turn[k, c] * part / gap
+        cross(point, change, moment)
+        for k in range(3):
+            out.normal_by[m, k], out.place_by[m, k] = change[k], 0.0
+            out.pull_by[m, k], out.pull_by[m, 3 + k] = -change[k], -moment[k]
+
+
+@kernel
+def _empty_contact() -> _Contact:
+    return _Contact(np.empty(6), np.empty((6, 6)), np.empty(3), np.empty((6, 3)), np.empty(3), np.empty((6, 3)))
+
+
+@kernel
+def _velocity(way: np.ndarray, point: np.ndarray, out: np.ndarray) -> None:
+    """Velocity of A from B at a point, for a motion of B in A."""
+    cross(point, way[3:], out)
+    for k in range(3):
+        out[k] -= way[k]
+
+
+@kernel
+def _measure(g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int) -> None:
+    own, found, out, room = _own(g), _sums(), _empty_contact(), _room(False)
+    cells, velocity, slip = own.areas.shape[0] // own.ends.shape[0], np.empty(3), np.empty(3)
+    way, change, pair, last = np.empty((12, 6)), np.empty((12, 12, 6)), _pair(g, poses, 0), -1
+    for i in range(count):
+        slot = g.slot[i]
+        number = slot // cells
+        if number != last:
+            pair, last = _pair(g, poses, number), number
+            _motions(g, poses, pair, number, way, change)
+        _contact(g, pair, number, slot, False, room, found, out)
+        size = np.sqrt(dot(out.normal, out.normal))
+        for end in range(2):
+            g.bodies[i, end] = own.ends[number, end]
+        for m in range(12):
+            g.gradient[i, 0, m] = dot(out.pull, way[m]) + dot(out.pull[3:], way[m, 3:])
+            _velocity(way[m], out.place, velocity)
+            along = dot(out.normal, velocity) / size
+            for c in range(3):
+                slip[c] = size * velocity[c] - along * out.normal[c]
+            for c in range(3):
+                g.gradient[i, 1 + c, m] = dot(pair.frame[c], slip)
+        for a in range(4):
+            g.rate[i, a] = 0.0
+            for m in range(12):
+                g.rate[i, a] += g.gradient[i, a, m] * rates[own.ends[number, m // 6], m % 6]
+
+
+@kernel
+def _tangent(
+    g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int, stiffness: np.ndarray, damping: np.ndarray
+) -> None:
+    own, found, out, room = _own(g), _sums(), _empty_contact(), _room(True)
+    cells, friction = own.areas.shape[0] // own.ends.shape[0], forces_of(g, 0, count).friction
+    way, change, pair, last = np.empty((12, 6)), np.empty((12, 12, 6)), _pair(g, poses, 0), -1
+    hessian, second, pull, normal, place = np.empty((12, 12)), np.zeros((12, 12, 3)), np.empty(6), np.empty(3), np.empty(3)
+    velocity, faster, part, slip = np.empty((12, 3)), np.empty(3), np.empty(3), np.empty(3)
+    block_k, block_d = np.empty((12, 12)), np.empty((12, 12))
+    for i in range(count):
+        slot = g.slot[i]
+        number = slot // cells
+        if number != last:
+            pair, last = _pair(g, poses, number), number
+            _motions(g, poses, pair, number, way, change)
+        _contact(g, pair, number, slot, True, room, found, out)
+        size = np.sqrt(dot(out.normal, out.normal))
+        for m in range(12):
+            _velocity(way[m], out.place, velocity[m])
+        for n in range(12):
+            pull[:], normal[:], place[:] = 0.0, 0.0, 0.0
+            for a in range(6):
+                for k in range(6):
+                    pull[k] += out.pull_by[a, k] * way[n, a]
+                for k in range(3):
+                    normal[k] += out.normal_by[a, k] * way[n, a]
+                    place[k] += out.place_by[a, k] * way[n, a]
+            larger = dot(out.normal, normal) / size
+            for m in range(12):
+                hessian[m, n] = (
+                    dot(pull, way[m]) + dot(pull[3:], way[m, 3:])
+                    + dot(out.pull, change[m, n]) + dot(out.pull[3:], change[m, n, 3:])
+                )  # fmt: skip
+                if not friction:
+                    continue
+                _velocity(change[m, n], out.place, faster)
+                cross(place, way[m, 3:], part)
+                for c in range(3):
+                    faster[c] += part[c]
+                along = dot(out.normal, velocity[m]) / size
+                along_by = (dot(normal, velocity[m]) + dot(out.normal, faster) - along * larger) / size
+                for c in range(3):
+                    slip[c] = (
+                        larger * velocity[m, c] + size * faster[c] - along_by * out.normal[c] - along * normal[c]
+                    )  # fmt: skip
+                if 3 <= n < 6:  # the axes of A turn
+                    for c in range(3):
+                        place_of = size * velocity[m, c] - along * out.normal[c]
+                        part[c] = place_of
+                    cross(part, way[n, 3:], faster)
+                    for c in range(3):
+                        slip[c] += faster[c]
+                for c in range(3):
+                    second[m, n, c] = dot(pair.frame[c], slip)
+        add_contact_tangent(
+            i, rates, g.bodies[:count], g.gradient[:count], hessian, second, forces_of(g, 0, count), index_of(g), stiffness,
+            damping, block_k, block_d,
+        )  # fmt: skip
+
+
+@kernel
+def _passed(g: ContactArrays, poses: np.ndarray) -> int:
+    own, between, started = _own(g), poses.copy(), g.state[STARTED] == 1
+    for number in range(own.ends.shape[0]):
+        moved, looks = 0.0, 1
+        if started:
+            for end in range(2):
+                body, start, square, turn = own.ends[number, end], g.committed[own.ends[number, end]], 0.0, 0.0
+                for k in range(3):
+                    square += (poses[body, k] - start[k]) ** 2
+                for k in range(3, 7):
+                    turn += (poses[body, k] - start[k]) ** 2
+                away = own.middles[number, end]
+                moved += np.sqrt(square) + 2.5 * np.sqrt(turn) * (own.reach[number, end] + np.sqrt(dot(away, away)))
+            looks = min(_LOOKS, 1 + int(moved / own.deepest[number]))
+        if _apart(g, poses, number) >= moved:
+            continue
+        for look in range(1, looks + 1):
+            part = look / looks
+            for end in range(2):
+                body = own.ends[number, end]
+                size = 0.0
+                for k in range(7):
+                    between[body, k] = poses[body, k]
+                    if look < looks:
+                        between[body, k] += (1.0 - part) * (g.committed[body, k] - poses[body, k])
+                    if k >= 3:
+                        size += between[body, k] ** 2
+                for k in range(3, 7):
+                    between[body, k] /= np.sqrt(size)
+            if _separation(g, _pair(g, between, number), number) < -own.deepest[number]:
+                return number
+    return -1
+
+
+# construction -----------------------------------------------------------------------------------------------------------
+
+
+def _cells(half: np.ndarray, parts: int) -> list[tuple[int, int, np.ndarray, np.ndarray, list[tuple[np.ndarray, float]]]]:
+    """Cells of a box: axis and side of the face, middle of the part, its half sides, and the planes around the cell."""
+    out, unit = [], np.eye(3)
+    for i, s in product(range(3), (1, -1)):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        around = [(s * unit[i], half[i]), (-s * unit[i], 0.0)]
+        for c, t in product((j, k), (1, -1)):
+            around.append(((t * unit[c] - s * unit[i]) / np.sqrt(2.0), (half[c] - half[i]) / np.sqrt(2.0)))
+        for a, b in product(range(parts), repeat=2):
+            middle, planes = half[i] * s * unit[i], list(around)
+            for c, number in ((j, a), (k, b)):
+                low, high = half[c] * (2.0 * number / parts - 1.0), half[c] * (2.0 * (number + 1) / parts - 1.0)
+                middle = middle + 0.5 * (low + high) * unit[c]
+                planes += [(unit[c], high)] * (number < parts - 1) + [(-unit[c], -low)] * (number > 0)
+            out.append((i, s, middle, half[[j, k]] / parts, planes))
+    return out
+
+
+def _wall(planes: list[tuple[np.ndarray, float]], number: int, size: float) -> np.ndarray:
+    """Corners of the face of a cell on one of its planes, (n, 3)."""
+    normal, height = planes[number]
+    one = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
+    one /= np.linalg.norm(one)
+    two = np.cross(normal, one)
+    corners = [height * normal + size * (a * one + b * two) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
+    points, kept, none = np.zeros((_MOST, 3)), np.zeros((_MOST, 3)), np.zeros((0, 6, 3))
+    points[:4], count = corners, 4
+    for other, (way, limit) in enumerate(planes):
+        if other != number and count:
+            count = _cut(points, none, count, np.array([*way, limit]), kept, none)
+            points, kept = kept, points
+    return points[:count]
+
+
+def _build(touching: Touching) -> tuple[ContactTable, ...]:
+    """Table of all pairs of boxes."""
+    contact, faults = touching.scene.contact, list[Fault]()
+    assert contact is not None
+    if contact.restitution is not None:
+        text = "the depth is a mean over a cell, whose speed is zero at first touch, and `restitution` refers to this speed"
+        faults.append(Fault("contact.restitution", f'{text}; give law = "hertz" or "linear" with `damping`'))
+    for (number, _), given in zip(touching.pairs, touching.parameters, strict=True):
+        for key in ("first_orientation", "second_orientation"):
+            size = float(np.linalg.norm(given[key]))
+            if abs(size - 1.0) > 1e-6:
+                text = f"a unit quaternion has the length 1, not {size:.6g}; [1, 0, 0, 0] is no rotation"
+                faults.append(Fault(f"scene.pairs.{number}.parameters.{key}", text))
+    if faults:
+        raise CaseError(faults)
+    parts, rows = contact.points_per_segment, list[dict[str, Any]]()
+    share, area, margins = [], [], []
+    for given, ends in zip(touching.parameters, touching.ends, strict=True):
+        halves = 0.5 * np.array(given["sizes"])
+        largest = 4.0 * np.sort(halves, axis=1)[:, 1:].prod(axis=1)
+        order = np.array([0, 1])
+        if (largest[1], -halves[1].min()) < (largest[0], -halves[0].min()):
+            order = order[::-1]
+        middles = np.array([given["first_at"], given["second_at"]])[order]
+        axes = [rotation_matrix(np.array(given[f"{side}_orientation"])) for side in ("first", "second")]
+        half = halves[order[0]]
+        cells = _cells(half, parts)
+        planes, walls = np.zeros((len(cells), _PLANES, 4)), np.zeros((len(cells), _WALLS, _CORNERS, 3))
+        planes[:, :, 3] = 1.0
+        corners, slopes = np.zeros((len(cells), _WALLS), dtype=np.int64), np.zeros((len(cells), _WALLS))
+        areas = np.array([4.0 * sides.prod() for *_, sides, _ in cells])
+        for k, (i, s, _, _, around) in enumerate(cells):
+            planes[k, : len(around)] = [[*way, limit] for way, limit in around]
+            for wall in range(_WALLS):  # the other planes of a cell are parallel to the depth
+                found = _wall(around, 1 + wall, 4.0 * half.sum())
+                corners[k, wall], slopes[k, wall] = len(found), s * around[1 + wall][0][i]
+                walls[k, wall, : len(found)] = found
+        rows.append({
+            "ends": ends[order], "middles": middles, "first_axes": axes[order[0]], "second_axes": axes[order[1]],
+            "halves": halves[order], "reach": np.linalg.norm(halves[order], axis=1), "deepest": halves.min(),
+            "faces": np.array([cell[:2] for cell in cells]), "areas": areas,
+            "centres": np.array([cell[2] for cell in cells]), "planes": planes,
+            "walls": walls.reshape(-1, _CORNERS, 3), "corners": corners, "slopes": slopes,
+        })  # fmt: skip
+        share.append(areas / largest.min())
+        area.append(areas)
+        margins.append(halves.min())
+    of_pairs = ("ends", "middles", "first_axes", "second_axes", "halves", "reach", "deepest")
+    own = BoxArrays(**{
+        name: np.array([row[name] for row in rows]) if name in of_pairs else np.concatenate([row[name] for row in rows])
+        for name in BoxArrays._fields
+    })  # fmt: skip
+    return (
+        PairContacts(
+            touching, own, min(margins), _find, _measure, _tangent, _passed, share=np.array(share), area=np.array(area)
+        ),
+    )
+
+
+GEOMETRIES["box-on-box"] = AddedLaw(
+    _build,
+    BoxOnBox,
+    "two boxes as an elastic foundation of the smaller one: K for the smaller of their largest faces; edges and corners "
+    "are as soft as the volume that they displace",
+)
