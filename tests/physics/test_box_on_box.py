@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -21,36 +20,44 @@ from fsm.model.system.system import SegmentSystem
 _STIFFNESS = 1e6
 _LINEAR = {"law": "linear", "stiffness": _STIFFNESS, "ramp": 1e-12}
 _SIZES = ((0.1, 0.08, 0.06), (0.09, 0.2, 0.07))
+_SIDE = 0.1
 _FAR = 1.0
 """Distance at the start, m: cases with overlaps are refused."""
-_UNIT = [1.0, 0.0, 0.0, 0.0]
+_ASKEW = [Rotation.from_rotvec([0.3, 0.5, -0.2]), Rotation.from_rotvec([-0.4, 0.1, 0.6])]
 
 
 def quaternion(turn: Rotation) -> list[float]:
     return [float(x) for x in turn.as_quat(scalar_first=True)]
 
 
-def case(bodies: list[dict[str, Any]], pairs: list[dict[str, Any]], **more: Any) -> dict[str, Any]:
+def case(bodies: list[dict[str, Any]], boxes: list[dict[str, Any]], **more: Any) -> dict[str, Any]:
+    """Boxes on the bodies of the same number; each touches the next one."""
     named = [
-        {"name": f"box {k}", "mass": 0.5, "inertia": [2e-3, 1e-3, 2e-3], "velocity": [0.3, -0.2, 0.1 * k],
+        {"name": f"body {k}", "mass": 0.5, "inertia": [2e-3, 1e-3, 2e-3], "velocity": [0.3, -0.2, 0.1 * k],
          "angular_velocity": [2.0, -3.0, 1.0 + k]} | body
         for k, body in enumerate(bodies)
     ]  # fmt: skip
-    touching = [{"first": "box 0", "second": "box 1", "geometry": "box-on-box"} | pair for pair in pairs]
-    given = {"units": "SI", "scene": {"bodies": named, "pairs": touching}, "contact": _LINEAR}
+    solids = [{"name": f"box {k}", "shape": "box", "body": f"body {k}"} | box for k, box in enumerate(boxes)]
+    pairs = [{"first": f"box {k}", "second": f"box {k + 1}"} for k in range(len(boxes) - 1)]
+    given = {"units": "SI", "scene": {"bodies": named, "obstacles": solids, "pairs": pairs}, "contact": _LINEAR}
     return given | {"solve": {"end_time": 1e-3, "spatial": True}} | more
 
 
 def placed(
-    sizes: Any, places: list[Any], turns: list[Rotation], parameters: dict[str, Any] | None = None, **more: Any
+    sizes: Any, places: list[Any], turns: list[Rotation], **more: Any
 ) -> tuple[SegmentSystem, np.ndarray, np.ndarray]:
-    """System, and a configuration with both boxes at given places, with a velocity."""
-    sides = np.array([[-_FAR, 0.0, 0.0], [_FAR, 0.0, 0.0]])
-    bodies = [{"position": side.tolist(), "orientation": quaternion(turn)} for side, turn in zip(sides, turns, strict=True)]
-    pair = {"parameters": {"sizes": [list(size) for size in sizes]} | (parameters or {})}
-    system = compile_case(fsm.load(case(bodies, [pair], **more)).model)[1]
+    """System, and a configuration with both boxes at given places, with a velocity. The boxes are fixed to their bodies
+    beside the middles and askew.
+    """
+    bodies, boxes, centres = [], [], []
+    for k in range(2):
+        body, middle = turns[k] * _ASKEW[k].inv(), np.array([0.01, -0.02, 0.015 * k])
+        centres.append(np.asarray(places[k]) - body.apply(middle))
+        bodies.append({"position": [_FAR * k, 0.0, 0.0], "orientation": quaternion(body)})
+        boxes.append({"size": list(sizes[k]), "position": middle.tolist(), "orientation": quaternion(_ASKEW[k])})
+    system = compile_case(fsm.load(case(bodies, boxes, **more)).model)[1]
     q, u = system.initial()
-    q[:3], q[7:10] = places
+    q[:3], q[7:10] = centres
     return system, q, u
 
 
@@ -111,3 +118,60 @@ def test_energy_is_the_integral_over_the_common_volume(seed: int, deep: float) -
     known = _STIFFNESS / (_SIZES[0][0] * _SIZES[0][1]) * integral(_SIZES, places, turns)
     assert (energy > 0.0) == (deep > 0.0)
     assert energy == pytest.approx(known, rel=1e-5 if deep > 0.01 else 2e-2, abs=0.0)
+
+
+@pytest.mark.parametrize("law", [_LINEAR, {"law": "hertz", "stiffness": 1e8, "points_per_segment": 1}], ids=["linear", "hertz"])
+@pytest.mark.parametrize("seed", range(4))
+def test_forces_are_those_of_the_energy_and_tangents_those_of_the_forces(seed: int, law: dict[str, Any]) -> None:
+    places, turns = random_pair(seed, 0.05 if seed % 2 else 0.2)
+    smooth, q, _ = placed(_SIZES, places, turns, contact=law)
+    h, units = 1e-7, np.eye(12)
+
+    def energy(x: np.ndarray) -> float:
+        return smooth.energy(0.0, smooth.retract(q, x), None).potential["contact"]
+
+    force = smooth.force(0.0, q, None)
+    slope = np.array([energy(h * unit) - energy(-h * unit) for unit in units]) / (2.0 * h)
+    assert force == pytest.approx(-slope, abs=1e-5 * np.abs(slope).max())
+    bodies = [Rotation.from_quat(q[7 * k + 3 : 7 * k + 7], scalar_first=True) for k in range(2)]
+    wrenches = force.reshape(2, 2, 3)
+    moment = sum(np.cross(q[7 * k : 7 * k + 3], wrenches[k, 0]) + bodies[k].apply(wrenches[k, 1]) for k in range(2))
+    assert force[:3] + force[6:9] == pytest.approx(0.0, abs=1e-12 * np.abs(force).max())
+    assert moment == pytest.approx(0.0, abs=1e-11 * np.abs(force).max())
+    rough = {"contact": law | {"damping": 20.0}, "friction": {"law": "tanh", "mu_dynamic": 0.3, "v_static": 0.1}}
+    system, q, u = placed(_SIZES, places, turns, **rough)
+    linear = system.linearise(0.0, q, u)
+    for found, change in (
+        (linear.stiffness, lambda x: system.force(0.0, system.retract(q, x), u)),
+        (linear.damping, lambda x: system.force(0.0, q, u + x)),
+    ):
+        wanted = -np.array([change(h * unit) - change(-h * unit) for unit in units]).T / (2.0 * h)
+        assert found.bsr().toarray() == pytest.approx(wanted, abs=2e-5 * np.abs(wanted).max())
+
+
+_EDGE, _CORNER = Rotation.from_euler("x", 45, degrees=True), Rotation.align_vectors([[0, 0, 1]], [[1, 1, 1]])[0]
+_FLAT = Rotation.identity()
+_ACROSS = Rotation.from_euler("z", 90, degrees=True) * _EDGE
+_OBLIQUE = Rotation.from_euler("z", 30, degrees=True) * _EDGE
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "reach", "force"),
+    [
+        (_FLAT, _FLAT, 0.5, lambda d, k: k * _SIDE**2 * d),
+        (_FLAT, _EDGE, math.sqrt(0.5), lambda d, k: k * _SIDE * d**2 / math.sqrt(2)),
+        (_EDGE, _FLAT, math.sqrt(0.5), lambda d, k: k * _SIDE * d**2),
+        (_FLAT, _CORNER, math.sqrt(0.75), lambda d, k: 0.5 * k * d**3),
+        (_CORNER, _FLAT, math.sqrt(0.75), lambda d, k: math.sqrt(0.75) * k * d**3),
+        (_EDGE, _ACROSS, math.sqrt(0.5), lambda d, k: math.sqrt(2) / 3 * k * d**3),
+        (_EDGE, _OBLIQUE, math.sqrt(0.5), lambda d, k: 2 * math.sqrt(2) / 3 * k * d**3),
+    ],
+    ids=["face", "edge on face", "face on edge", "corner on face", "face on corner", "crossed edges", "oblique edges"],
+)
+def test_kinds_of_contact(lower: Rotation, upper: Rotation, reach: float, force: Any) -> None:
+    """The upper box is slightly smaller, so it is the foundation."""
+    sizes, depth = [[_SIDE] * 3, [1.001 * _SIDE] * 3], 2e-5
+    tall = {_FLAT: 0.5, _EDGE: math.sqrt(0.5), _CORNER: math.sqrt(0.75)}[lower] * sizes[1][0]
+    system, q, _ = placed(sizes, [[0.0, 0.0, tall + reach * _SIDE - depth], [0.0] * 3], [upper, lower])
+    known = force(depth, _STIFFNESS / _SIDE**2)
+    assert system.force(0.0, q, None)[2] == pytest.approx(known, rel=2e-3, abs=0.0)

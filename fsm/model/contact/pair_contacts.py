@@ -1,4 +1,4 @@
-"""Contacts of two bodies each, one or a few for every pair: the base of geometries with a closed form of the gap, in one file.
+"""Contacts of two bodies each, one or a few for every pair: the base of geometries with a closed form of the gap.
 
 Such a geometry has three kernels of its own; the pattern, the slots and the memory are the same for all. See
 docs/extend/contact_geometry.md.

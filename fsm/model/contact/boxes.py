@@ -1,84 +1,70 @@
-"""Contact of two boxes as an elastic foundation of one of them, from flat faces to crossed edges, as a sum over cells.
+"""Contact of two boxes, from flat faces to corners and crossed edges: an elastic foundation of one box, as a sum over cells.
 
-The smaller box (the one with the smaller largest face, then the thicker one) is divided into cells: each of its faces has
-n x n parts (`contact.points_per_segment`), and a cell is the volume below a part whose nearest face is this one. With the depth
-t(x) of a point below this face, and the area S_c of the part, a cell has the penetration
+The box A with the smaller largest face (of equal ones, the thicker box) is divided into cells: each of its faces has n x
+n parts (`contact.points_per_segment`), and a cell is the volume below a part whose nearest face is this one. With the depth
+t(x) of a point below this face and the area S_c of the part, a cell has the penetration
 
-    d = (2/S_c int t dV)^(1/2)        over the volume of the cell that is inside the other box.
+    d = (2/S_c int t dV)^(1/2)        over the volume of the cell that is inside the other box B.
 
-Its force is K S_c/S d^e grad d with the area S of the smaller one of the largest faces of both boxes. d is the depth itself
-if the other box covers the cell with a parallel face. With e = 1, the energy of all cells is
+Its force is K S_c/S d^e grad d, with the largest face S of A. d is the depth of a flat face that covers the cell. With e = 1
+the energy of all cells is
 
     U = K/S int t dV        over the common volume of both boxes,
 
-and the forces are the pressure K/S t on the faces of the other box inside the smaller one (Johnson, Contact Mechanics,
-Cambridge 1985, section 4.3; Elandt et al. 2019 for volumes). Force, energy and tangent are continuous from one kind of contact
-to another: corners, edges and faces are not distinguished. With e = 1 and k = K/S, on a face of the smaller box:
+and the force is the pressure K/S t on the faces of B inside A (an elastic foundation: Johnson, Contact Mechanics, Cambridge
+1985, section 4.3; over volumes: Elandt, Drumwright, Sherman and Ruina 2019). Faces, edges and corners are not distinguished,
+so force, energy and tangent are continuous from one kind of contact to another. With e = 1, for a penetration delta that is
+small compared with the boxes, and edges and corners symmetric to the normal:
 
-    face            k times the overlapping area times the depth delta
-    edge            k L delta^2/sin 2a for the length L of the edge and faces at the angles a and pi/2 - a to the face
-    corner          k times the volume of the corner below the face; sqrt(3)/2 k delta^3 if it is symmetric
-    crossed edges   F = sqrt(2)/6 k delta^3... see `test_crossed_edges`
+    face on face                    K/S delta times the overlapping area
+    edge of B on a face of A        K/S L delta^2 for the length L of the edge on the face
+    corner of B on a face of A      sqrt(3)/2 K/S delta^3
+    edge or corner of A on B        1/sqrt(2) or 1/sqrt(3) of it
+    edges crossed at the angle a    sqrt(2)/3 K/S delta^3/sin a
 
-Integrals over the polygons in which the cells cut the faces of the other box are exact, and so are their derivatives: each
-corner of a polygon carries its derivative by the relative motion through all cuts.
+All integrals are those of polynomials over polygons: the faces of B cut by the planes of a cell. Each corner of a polygon
+carries its derivative by the relative motion through all cuts, so the tangent is exact.
 
-Known errors: cells do not deform each other, so K has to be chosen for one kind of contact. A band of the width of the
-depth along the edges of the smaller box is nearest to its sides: flat faces have 1 - delta/a (2 a the shorter side) of their
-stiffness, to first order. With e other than 1, a cell that is covered in part, T of its area, has the force K S_c/S T^((e+1)/2)
-delta^e. Friction acts at the centre of pressure of each cell: spin friction of a whole square face is 7.6 % low with n = 2, 1.9 %
-with n = 4.
+Known errors: cells do not deform each other, so K belongs to one kind of contact. A band along the edges of A is nearest
+to its sides: a square face of the side L has 1 - 2 delta/L of the stiffness, to first order. If e is not 1, a cell of which
+the part T is covered has the force K S_c/S T^((e+1)/2) delta^e. Friction acts at the centre of pressure of each cell: the
+friction torque of a spinning square face is 7.6 % low with n = 2. Before they touch, cells have the gap of the middle of
+their part.
 """
 
 from __future__ import annotations
 
 from itertools import product
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from pydantic import Field
 
-from fsm.case.schema.model import Model
-from fsm.case.schema.units import Length, Number
-from fsm.errors import CaseError, Fault
 from fsm.interactions.contact.contact_frame import add_contact_tangent
 from fsm.kernels.jit import kernel
-from fsm.kernels.rotation import fill_rotation, rotation_matrix
+from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.tables import Floats1, Floats2, Floats3, Integers2, follows
 from fsm.kernels.vector import cross, dot
 from fsm.model.bodies.contact_arrays import STARTED, ContactArrays, forces_of, index_of
-from fsm.model.contact.contact_table import ContactTable
 from fsm.model.contact.pair_contacts import PairContacts
 from fsm.model.contact.touching import Touching
-from fsm.registry import GEOMETRIES, AddedLaw
 
-_Size = Annotated[Length, Field(gt=0)]
 _PLANES, _WALLS, _CORNERS = 10, 5, 10
 """Planes of a cell, its faces that are not parallel to the depth, and the largest number of their corners."""
 _MOST = 24
 """Room for the corners of a polygon."""
+_OF_PAIRS = ("ends", "middles", "first_axes", "second_axes", "halves", "reach", "deepest")
+"""Fields of `BoxArrays` with a row for each pair; the others have rows for the cells of all pairs."""
 _LOOKS = 2000
 """Largest number of places between two states at which boxes are examined for passing through each other."""
 
 
-class BoxOnBox(Model):
-    """Parameters of a pair of boxes."""
+class Box(NamedTuple):
+    """Box on a body: its number, half sizes (3,) and middle (3,) in m, and axes (3, 3) in those of the body."""
 
-    sizes: tuple[tuple[_Size, _Size, _Size], tuple[_Size, _Size, _Size]] = Field(
-        description="sizes of the first and the second box along their own axes"
-    )
-    first_at: tuple[Length, Length, Length] = Field(
-        default=(0.0, 0.0, 0.0), description="middle of the first box, axes of its body"
-    )
-    second_at: tuple[Length, Length, Length] = Field(
-        default=(0.0, 0.0, 0.0), description="middle of the second box, axes of its body"
-    )
-    first_orientation: tuple[Number, Number, Number, Number] = Field(
-        default=(1.0, 0.0, 0.0, 0.0), description="axes of the first box in those of its body, unit quaternion"
-    )
-    second_orientation: tuple[Number, Number, Number, Number] = Field(
-        default=(1.0, 0.0, 0.0, 0.0), description="axes of the second box in those of its body, unit quaternion"
-    )
+    body: int
+    half: np.ndarray
+    middle: np.ndarray
+    axes: np.ndarray
 
 
 class BoxArrays(NamedTuple):
@@ -670,21 +656,33 @@ def _passed(g: ContactArrays, poses: np.ndarray) -> int:
 # construction -----------------------------------------------------------------------------------------------------------
 
 
-def _cells(half: np.ndarray, parts: int) -> list[tuple[int, int, np.ndarray, np.ndarray, list[tuple[np.ndarray, float]]]]:
-    """Cells of a box: axis and side of the face, middle of the part, its half sides, and the planes around the cell."""
-    out, unit = [], np.eye(3)
+class _Cell(NamedTuple):
+    """Cell of a box: axis and side (1 or -1) of its face; area (m^2) and middle (m) of its part; planes around it: the face,
+    five walls, and planes parallel to the depth, as normals with their distances (m).
+    """
+
+    axis: int
+    side: int
+    area: float
+    middle: np.ndarray
+    planes: list[tuple[np.ndarray, float]]
+
+
+def _cells(half: np.ndarray, parts: int) -> list[_Cell]:
+    """Cells of a box with these half sizes, m."""
+    out, unit = list[_Cell](), np.eye(3)
     for i, s in product(range(3), (1, -1)):
         j, k = (i + 1) % 3, (i + 2) % 3
-        around = [(s * unit[i], half[i]), (-s * unit[i], 0.0)]
+        around = [(s * unit[i], float(half[i])), (-s * unit[i], 0.0)]
         for c, t in product((j, k), (1, -1)):
-            around.append(((t * unit[c] - s * unit[i]) / np.sqrt(2.0), (half[c] - half[i]) / np.sqrt(2.0)))
-        for a, b in product(range(parts), repeat=2):
+            around.append(((t * unit[c] - s * unit[i]) / np.sqrt(2.0), float(half[c] - half[i]) / np.sqrt(2.0)))
+        for numbers in product(range(parts), repeat=2):
             middle, planes = half[i] * s * unit[i], list(around)
-            for c, number in ((j, a), (k, b)):
-                low, high = half[c] * (2.0 * number / parts - 1.0), half[c] * (2.0 * (number + 1) / parts - 1.0)
+            for c, number in zip((j, k), numbers, strict=True):
+                low, high = (float(half[c]) * (2.0 * (number + end) / parts - 1.0) for end in (0, 1))
                 middle = middle + 0.5 * (low + high) * unit[c]
                 planes += [(unit[c], high)] * (number < parts - 1) + [(-unit[c], -low)] * (number > 0)
-            out.append((i, s, middle, half[[j, k]] / parts, planes))
+            out.append(_Cell(i, s, float(4.0 * half[j] * half[k]) / parts**2, middle, planes))
     return out
 
 
@@ -704,68 +702,49 @@ def _wall(planes: list[tuple[np.ndarray, float]], number: int, size: float) -> n
     return points[:count]
 
 
-def _build(touching: Touching) -> tuple[ContactTable, ...]:
-    """Table of all pairs of boxes."""
-    contact, faults = touching.scene.contact, list[Fault]()
-    assert contact is not None
-    if contact.restitution is not None:
-        text = "the depth is a mean over a cell, whose speed is zero at first touch, and `restitution` refers to this speed"
-        faults.append(Fault("contact.restitution", f'{text}; give law = "hertz" or "linear" with `damping`'))
-    for (number, _), given in zip(touching.pairs, touching.parameters, strict=True):
-        for key in ("first_orientation", "second_orientation"):
-            size = float(np.linalg.norm(given[key]))
-            if abs(size - 1.0) > 1e-6:
-                text = f"a unit quaternion has the length 1, not {size:.6g}; [1, 0, 0, 0] is no rotation"
-                faults.append(Fault(f"scene.pairs.{number}.parameters.{key}", text))
-    if faults:
-        raise CaseError(faults)
-    parts, rows = contact.points_per_segment, list[dict[str, Any]]()
-    share, area, margins = [], [], []
-    for given, ends in zip(touching.parameters, touching.ends, strict=True):
-        halves = 0.5 * np.array(given["sizes"])
-        largest = 4.0 * np.sort(halves, axis=1)[:, 1:].prod(axis=1)
-        order = np.array([0, 1])
-        if (largest[1], -halves[1].min()) < (largest[0], -halves[0].min()):
-            order = order[::-1]
-        middles = np.array([given["first_at"], given["second_at"]])[order]
-        axes = [rotation_matrix(np.array(given[f"{side}_orientation"])) for side in ("first", "second")]
-        half = halves[order[0]]
-        cells = _cells(half, parts)
+def box_contacts(touching: Touching, boxes: list[tuple[Box, Box]], parts: int) -> PairContacts:
+    """Table of pairs of boxes.
+
+    Parameters
+    ----------
+    touching : Touching
+        The pairs; both sides are bodies.
+    boxes : both boxes of each pair
+    parts : parts along each side of a face
+    """
+    rows, share, area = list[dict[str, Any]](), [], []
+    for pair in boxes:
+        own, other = sorted(pair, key=lambda box: (_largest(box), -box.half.min()))
+        cells = _cells(own.half, parts)
         planes, walls = np.zeros((len(cells), _PLANES, 4)), np.zeros((len(cells), _WALLS, _CORNERS, 3))
-        planes[:, :, 3] = 1.0
+        planes[:, :, 3] = 1.0  # a plane with the normal zero cuts nothing
         corners, slopes = np.zeros((len(cells), _WALLS), dtype=np.int64), np.zeros((len(cells), _WALLS))
-        areas = np.array([4.0 * sides.prod() for *_, sides, _ in cells])
-        for k, (i, s, _, _, around) in enumerate(cells):
-            planes[k, : len(around)] = [[*way, limit] for way, limit in around]
-            for wall in range(_WALLS):  # the other planes of a cell are parallel to the depth
-                found = _wall(around, 1 + wall, 4.0 * half.sum())
-                corners[k, wall], slopes[k, wall] = len(found), s * around[1 + wall][0][i]
+        for k, cell in enumerate(cells):
+            planes[k, : len(cell.planes)] = [[*normal, limit] for normal, limit in cell.planes]
+            for wall in range(_WALLS):  # the planes after the walls are parallel to the depth
+                found = _wall(cell.planes, 1 + wall, 4.0 * own.half.sum())
+                corners[k, wall], slopes[k, wall] = len(found), cell.side * cell.planes[1 + wall][0][cell.axis]
                 walls[k, wall, : len(found)] = found
+        both, areas = (own, other), np.array([cell.area for cell in cells])
+        halves = np.array([box.half for box in both])
         rows.append({
-            "ends": ends[order], "middles": middles, "first_axes": axes[order[0]], "second_axes": axes[order[1]],
-            "halves": halves[order], "reach": np.linalg.norm(halves[order], axis=1), "deepest": halves.min(),
-            "faces": np.array([cell[:2] for cell in cells]), "areas": areas,
-            "centres": np.array([cell[2] for cell in cells]), "planes": planes,
-            "walls": walls.reshape(-1, _CORNERS, 3), "corners": corners, "slopes": slopes,
+            "ends": [box.body for box in both], "middles": [box.middle for box in both], "first_axes": own.axes,
+            "second_axes": other.axes, "halves": halves, "reach": np.linalg.norm(halves, axis=1), "deepest": halves.min(),
+            "faces": [[cell.axis, cell.side] for cell in cells], "areas": areas,
+            "centres": [cell.middle for cell in cells], "planes": planes, "walls": walls.reshape(-1, _CORNERS, 3),
+            "corners": corners, "slopes": slopes,
         })  # fmt: skip
-        share.append(areas / largest.min())
+        share.append(areas / _largest(own))
         area.append(areas)
-        margins.append(halves.min())
-    of_pairs = ("ends", "middles", "first_axes", "second_axes", "halves", "reach", "deepest")
-    own = BoxArrays(**{
-        name: np.array([row[name] for row in rows]) if name in of_pairs else np.concatenate([row[name] for row in rows])
-        for name in BoxArrays._fields
-    })  # fmt: skip
-    return (
-        PairContacts(
-            touching, own, min(margins), _find, _measure, _tangent, _passed, share=np.array(share), area=np.array(area)
-        ),
-    )
+    stacked = {
+        name: (np.array if name in _OF_PAIRS else np.concatenate)([row[name] for row in rows]) for name in BoxArrays._fields
+    }
+    return PairContacts(
+        touching, BoxArrays(**stacked), float(stacked["deepest"].min()), _find, _measure, _tangent, _passed,
+        share=np.array(share), area=np.array(area),
+    )  # fmt: skip
 
 
-GEOMETRIES["box-on-box"] = AddedLaw(
-    _build,
-    BoxOnBox,
-    "two boxes as an elastic foundation of the smaller one: K for the smaller of their largest faces; edges and corners "
-    "are as soft as the volume that they displace",
-)
+def _largest(box: Box) -> float:
+    """Area of the largest face, m^2."""
+    return float(4.0 * np.sort(box.half)[1:].prod())
