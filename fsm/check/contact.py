@@ -74,10 +74,13 @@ def contact_lines(view: CheckContext) -> Iterator[str]:
     boxes = pairs_of_boxes(view.scene)
     if boxes:
         cells = 6 * contact.points_per_segment**2
-        pairs = count(len(boxes), "pair")
-        yield f"{pairs} of boxes: the smaller box is an elastic foundation of {cells} cells, K for its largest face"
-    if any(pair.geometry is None and pair not in boxes for pair in view.pairs):
-        yield f"{count(_contact_points(view), 'contact point')} on both faces of all pairs"
+        yield (
+            f"{count(len(boxes), 'pair')} of boxes: the smaller box of a pair is an elastic foundation of {cells} cells, with K "
+            "for its largest face"
+        )
+    points = _contact_points(view)
+    if points:
+        yield f"{count(points, 'contact point')} on both faces of all pairs"
     if view.scene.touching is not None:
         crossing = "edges that cross touch at half of the thickness" if contact.thickness_in_gap else "edges do not touch"
         yield f"nodes of facets touch the planes of nearby triangles; {crossing}"

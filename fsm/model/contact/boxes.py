@@ -27,9 +27,9 @@ carries its derivative by the relative motion through all cuts, so the tangent i
 
 Known errors: cells do not deform each other, so K belongs to one kind of contact. A band along the edges of A is nearest
 to its sides: a square face of the side L has 1 - 2 delta/L of the stiffness, to first order. If e is not 1, a cell of which
-the part T is covered has the force K S_c/S T^((e+1)/2) delta^e. Friction acts at the centre of pressure of each cell: the
-friction torque of a spinning square face is 7.6 % low with n = 2. Before they touch, cells have the gap of the middle of
-their part.
+the part T is covered has the force K S_c/S T^((e+1)/2) delta^e. Friction acts at the centre of pressure of each cell, across
+the direction of the force of all cells: the friction torque of a spinning square face is 7.6 % low with n = 2. Before they
+touch, cells have the gap of the middle of their part.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fsm.interactions.contact.contact_frame import add_contact_tangent
+from fsm.interactions.contact.contact_frame import add_contact_tangent, add_pull_tangent
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.tables import Floats1, Floats2, Floats3, Integers2, follows
@@ -105,8 +105,8 @@ class _Pair(NamedTuple):
 
 class _Sums(NamedTuple):
     """Integrals over the faces of B in a cell, axes of A: pressure t with the normals (m^3), with the moments of the
-    normals (m^4), with the places (m^4), and alone (m^3); each with its derivatives by a small motion of B in A (translation,
-    rotation).
+    normals (m^4), with the places (m^4), and alone (m^3); each with its derivatives by a small motion of B in A
+    (translation, rotation).
     """
 
     push: np.ndarray
@@ -445,8 +445,8 @@ def _motions(g: ContactArrays, poses: np.ndarray, pair: _Pair, number: int, way:
 
 
 class _Contact(NamedTuple):
-    """Pressed point in the axes of A: gradient of the gap as a force and a moment (6,), its derivatives by the motion (6, 6);
-    vector N and point x of the slip, with their derivatives (6, 3). The slip is (|N| - N N^T/|N|) v(x).
+    """Pressed point in the axes of A: gradient of the gap as a force and a moment (6,), with its derivatives by the
+    motion (6, 6); normal and point of the slip, with their derivatives (6, 3).
     """
 
     pull: np.ndarray
@@ -458,8 +458,33 @@ class _Contact(NamedTuple):
 
 
 @kernel
-def _contact(g: ContactArrays, pair: _Pair, number: int, slot: int, bent: bool, room: _Room, found: _Sums, out: _Contact) -> None:
-    """Write the contact of a cell."""
+def _write_normal(
+    g: ContactArrays, pair: _Pair, number: int, bent: bool, room: _Room, found: _Sums, normal: np.ndarray, by: np.ndarray
+) -> None:
+    """Write the direction (3,) of the force of all cells of a pair, and its derivatives (6, 3) by the motion."""
+    cells = _own(g).areas.shape[0] // _own(g).ends.shape[0]
+    normal[:], by[:] = 0.0, 0.0
+    for slot in range(number * cells, (number + 1) * cells):
+        if _cell(g, pair, number, slot, bent, room, found) > 0.0:
+            normal += found.push
+            if bent:
+                by += found.push_by
+    size = np.sqrt(dot(normal, normal))
+    if size == 0.0:
+        return
+    normal /= size
+    for m in range(6):
+        along = dot(normal, by[m])
+        for k in range(3):
+            by[m, k] = (by[m, k] - along * normal[k]) / size
+
+
+@kernel
+def _contact(
+    g: ContactArrays, pair: _Pair, number: int, slot: int, bent: bool, room: _Room, found: _Sums, net: np.ndarray,
+    net_by: np.ndarray, out: _Contact,
+) -> bool:  # fmt: skip
+    """Write the contact of a cell, with the normal of the whole pair if the cell touches; return whether it does."""
     own = _own(g)
     inside = _cell(g, pair, number, slot, bent, room, found)
     if inside > 0.0:
@@ -467,17 +492,17 @@ def _contact(g: ContactArrays, pair: _Pair, number: int, slot: int, bent: bool, 
         load = found.load[0]
         for k in range(3):
             out.pull[k], out.pull[3 + k] = -scale * found.push[k], -scale * found.couple[k]
-            out.normal[k], out.place[k] = scale * found.push[k], found.lever[k] / load
+            out.normal[k], out.place[k] = net[k], found.lever[k] / load
         if bent:
             for m in range(6):
                 # the integral changes with the motion by (push, couple), so 1/d by -(push, couple)/(S_c d^3)
                 less = -(found.push[m] if m < 3 else found.couple[m - 3]) * scale * scale * scale * own.areas[slot]
                 for k in range(3):
-                    out.normal_by[m, k] = scale * found.push_by[m, k] + less * found.push[k]
-                    out.pull_by[m, k] = -out.normal_by[m, k]
+                    out.normal_by[m, k] = net_by[m, k]
+                    out.pull_by[m, k] = -scale * found.push_by[m, k] - less * found.push[k]
                     out.pull_by[m, 3 + k] = -scale * found.couple_by[m, k] - less * found.couple[k]
                     out.place_by[m, k] = (found.lever_by[m, k] - out.place[k] * found.load_by[m]) / load
-        return
+        return True
     local, point = np.empty(3), own.centres[slot]
     gap, beside = _open_gap(g, pair, number, slot, local)
     for k in range(3):
@@ -489,7 +514,7 @@ def _contact(g: ContactArrays, pair: _Pair, number: int, slot: int, bent: bool, 
     for k in range(3):
         out.pull[k], out.pull[3 + k] = -out.normal[k], -moment[k]
     if not bent:
-        return
+        return False
     for m in range(6):
         axis[:] = 0.0
         axis[m % 3] = 1.0
@@ -513,6 +538,7 @@ def _contact(g: ContactArrays, pair: _Pair, number: int, slot: int, bent: bool, 
         for k in range(3):
             out.normal_by[m, k], out.place_by[m, k] = change[k], 0.0
             out.pull_by[m, k], out.pull_by[m, 3 + k] = -change[k], -moment[k]
+    return False
 
 
 @kernel
@@ -533,22 +559,24 @@ def _measure(g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int)
     own, found, out, room = _own(g), _sums(), _empty_contact(), _room(False)
     cells, velocity, slip = own.areas.shape[0] // own.ends.shape[0], np.empty(3), np.empty(3)
     way, change, pair, last = np.empty((12, 6)), np.empty((12, 12, 6)), _pair(g, poses, 0), -1
+    net, net_by = np.empty(3), np.empty((6, 3))
     for i in range(count):
         slot = g.slot[i]
         number = slot // cells
         if number != last:
             pair, last = _pair(g, poses, number), number
             _motions(g, poses, pair, number, way, change)
-        _contact(g, pair, number, slot, False, room, found, out)
-        size = np.sqrt(dot(out.normal, out.normal))
+            _write_normal(g, pair, number, False, room, found, net, net_by)
+        _contact(g, pair, number, slot, False, room, found, net, net_by, out)
+        g.pull[i] = max(-dot(out.normal, out.pull), 0.0)
         for end in range(2):
             g.bodies[i, end] = own.ends[number, end]
         for m in range(12):
             g.gradient[i, 0, m] = dot(out.pull, way[m]) + dot(out.pull[3:], way[m, 3:])
             _velocity(way[m], out.place, velocity)
-            along = dot(out.normal, velocity) / size
+            along = dot(out.normal, velocity)
             for c in range(3):
-                slip[c] = size * velocity[c] - along * out.normal[c]
+                slip[c] = velocity[c] - along * out.normal[c]
             for c in range(3):
                 g.gradient[i, 1 + c, m] = dot(pair.frame[c], slip)
         for a in range(4):
@@ -566,15 +594,17 @@ def _tangent(
     way, change, pair, last = np.empty((12, 6)), np.empty((12, 12, 6)), _pair(g, poses, 0), -1
     hessian, second, pull, normal, place = np.empty((12, 12)), np.zeros((12, 12, 3)), np.empty(6), np.empty(3), np.empty(3)
     velocity, faster, part, slip = np.empty((12, 3)), np.empty(3), np.empty(3), np.empty(3)
-    block_k, block_d = np.empty((12, 12)), np.empty((12, 12))
+    block_k, block_d, larger = np.empty((12, 12)), np.empty((12, 12)), np.empty(12)
+    net, net_by = np.empty(3), np.empty((6, 3))
     for i in range(count):
         slot = g.slot[i]
         number = slot // cells
         if number != last:
             pair, last = _pair(g, poses, number), number
             _motions(g, poses, pair, number, way, change)
-        _contact(g, pair, number, slot, True, room, found, out)
-        size = np.sqrt(dot(out.normal, out.normal))
+            _write_normal(g, pair, number, True, room, found, net, net_by)
+        touches = _contact(g, pair, number, slot, True, room, found, net, net_by, out)
+        along_pull = dot(out.normal, out.pull)
         for m in range(12):
             _velocity(way[m], out.place, velocity[m])
         for n in range(12):
@@ -585,7 +615,9 @@ def _tangent(
                 for k in range(3):
                     normal[k] += out.normal_by[a, k] * way[n, a]
                     place[k] += out.place_by[a, k] * way[n, a]
-            larger = dot(out.normal, normal) / size
+            larger[n] = 0.0
+            if along_pull < 0.0:
+                larger[n] = (dot(normal, out.pull) + dot(out.normal, pull)) / along_pull
             for m in range(12):
                 hessian[m, n] = (
                     dot(pull, way[m]) + dot(pull[3:], way[m, 3:])
@@ -597,16 +629,13 @@ def _tangent(
                 cross(place, way[m, 3:], part)
                 for c in range(3):
                     faster[c] += part[c]
-                along = dot(out.normal, velocity[m]) / size
-                along_by = (dot(normal, velocity[m]) + dot(out.normal, faster) - along * larger) / size
+                along = dot(out.normal, velocity[m])
+                along_by = dot(normal, velocity[m]) + dot(out.normal, faster)
                 for c in range(3):
-                    slip[c] = (
-                        larger * velocity[m, c] + size * faster[c] - along_by * out.normal[c] - along * normal[c]
-                    )  # fmt: skip
+                    slip[c] = faster[c] - along_by * out.normal[c] - along * normal[c]
                 if 3 <= n < 6:  # the axes of A turn
                     for c in range(3):
-                        place_of = size * velocity[m, c] - along * out.normal[c]
-                        part[c] = place_of
+                        part[c] = velocity[m, c] - along * out.normal[c]
                     cross(part, way[n, 3:], faster)
                     for c in range(3):
                         slip[c] += faster[c]
@@ -616,6 +645,10 @@ def _tangent(
             i, rates, g.bodies[:count], g.gradient[:count], hessian, second, forces_of(g, 0, count), index_of(g), stiffness,
             damping, block_k, block_d,
         )  # fmt: skip
+        if friction and touches and along_pull < 0.0:
+            add_pull_tangent(
+                i, g.bodies[:count], g.gradient[:count], larger, forces_of(g, 0, count), index_of(g), stiffness, block_k
+            )
 
 
 @kernel
@@ -741,7 +774,7 @@ def box_contacts(touching: Touching, boxes: list[tuple[Box, Box]], parts: int) -
     }
     return PairContacts(
         touching, BoxArrays(**stacked), float(stacked["deepest"].min()), _find, _measure, _tangent, _passed,
-        share=np.array(share), area=np.array(area),
+        share=np.array(share), area=np.array(area), means=True,
     )  # fmt: skip
 
 

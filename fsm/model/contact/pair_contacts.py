@@ -12,7 +12,7 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 from fsm.kernels.tables import as_declared, empty_arrays
-from fsm.model.bodies.contact_arrays import REFERRED, ContactArrays, GeometryKernels
+from fsm.model.bodies.contact_arrays import MEANS, REFERRED, ContactArrays, GeometryKernels
 from fsm.model.contact.contact_table import ContactTable
 from fsm.model.contact.touching import Touching
 from fsm.solve.stepping.vectors import copy_into
@@ -60,6 +60,7 @@ class PairContacts(ContactTable):
         Without `passed`, steps do not detect that bodies have passed through each other.
     share, area : (n, slots of a pair) arrays, - and m^2
         See `ContactTable`; without them, each pair has one slot with the share 1 and the area 0.
+    means : whether depths are means, so that `measure` writes `ContactArrays.pull`, and `tangent` calls `add_pull_tangent`
     """
 
     coupled_bodies = 2
@@ -67,12 +68,14 @@ class PairContacts(ContactTable):
     def __init__(
         self, touching: Touching, own: Any, margin: float, find: Any, measure: Any, tangent: Any,
         passed: Any = _never_passed, share: np.ndarray | None = None, area: np.ndarray | None = None,
+        means: bool = False,
     ) -> None:  # fmt: skip
         self.ends, none = touching.ends, np.zeros(0)
         share = np.ones((len(self.ends), 1)) if share is None else share
         area = np.zeros(share.shape) if area is None else area
         kernels = GeometryKernels(_renew, find, measure, _keep_rows, _tapered, tangent, passed, _settle)
         super().__init__(kernels, 3, margin, none.astype(np.int64), none, empty_arrays(type(own)))
+        self.common.state[MEANS] = means
         number = np.repeat(np.arange(len(self.ends)), share.shape[1])
         self.with_slots(as_declared(own), share.size, share.ravel(), area.ravel(), touching.numbers[number])
         self.common.bodies[:] = self.ends[number]
