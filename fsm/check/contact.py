@@ -75,8 +75,8 @@ def contact_lines(view: CheckContext) -> Iterator[str]:
     if boxes:
         cells = 6 * contact.points_per_segment**2
         yield (
-            f"{count(len(boxes), 'pair')} of boxes: the smaller box of a pair is an elastic foundation of {cells} cells, with K "
-            "for its largest face"
+            f"{count(len(boxes), 'pair')} of boxes: the smaller box of a pair is an elastic foundation of {cells} cells, "
+            "with K for its largest face"
         )
     points = _contact_points(view)
     if points:

@@ -120,7 +120,8 @@ class ContactArrays(NamedTuple):
         and `by_turn` the derivative of friction that depends on the direction by rotations of the first body (N).
     pull : (n_slots,) array
         Force on the bodies over the normal force of the law: the gradient of the gap by the first body's place, along the
-        normal. 1 for a contact at a point; `measure` writes it if depths are means (MEANS). Friction follows from this force.
+        normal. 1 for a contact at a point; `measure` writes it if depths are means (MEANS). Friction follows from this
+        force.
     acting : normal forces of the law linearised at `at`, N; those of `normal_force` except in Newton's method of statics
     pressed, pressed_before : (n_slots,) arrays, m
         Depths at which Newton's method of statics linearises the law, and those before its last increment; zero for none.
