@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fsm.case.derived.contact_points import pairs_by_geometry, sheet_parts, sheet_spacing
+from fsm.case.derived.contact_points import pairs_by_geometry, pairs_of_boxes, sheet_parts, sheet_spacing
 from fsm.case.models.case import contact_scale
 from fsm.case.models.contact import Contact
 from fsm.case.models.flexible_facets import SHEET
@@ -71,8 +71,16 @@ def contact_lines(view: CheckContext) -> Iterator[str]:
             first = pairs[0][1]
             others = f", {first.first} - {first.second}" + (f" and {len(pairs) - 1} more" if len(pairs) > 1 else "")
             yield _added(GEOMETRIES[name], first.parameters) + others
-    if any(pair.geometry is None for pair in view.pairs):
-        yield f"{count(_contact_points(view), 'contact point')} on both faces of all pairs"
+    boxes = pairs_of_boxes(view.scene)
+    if boxes:
+        cells = 6 * contact.points_per_segment**2
+        yield (
+            f"{count(len(boxes), 'pair')} of boxes: the smaller box of a pair is an elastic foundation of {cells} cells, "
+            "with K for its largest face"
+        )
+    points = _contact_points(view)
+    if points:
+        yield f"{count(points, 'contact point')} on both faces of all pairs"
     if view.scene.touching is not None:
         crossing = "edges that cross touch at half of the thickness" if contact.thickness_in_gap else "edges do not touch"
         yield f"nodes of facets touch the planes of nearby triangles; {crossing}"
@@ -176,7 +184,15 @@ def approximations_of_contact(view: CheckContext) -> Iterator[str]:
     if view.spatial and any(rigid & {pair.first, pair.second} for pair in view.pairs):
         yield "the rim of a tilted cylinder is a circle that touches a plane or a plate at one point, with K/24"
     on_surfaces = any(view.sides[p.first].kind == view.sides[p.second].kind == "surface" for p in view.pairs)
-    if all(pair.geometry is not None for pair in view.pairs):
+    boxes = pairs_of_boxes(view.scene)
+    if boxes:
+        yield (
+            "boxes on boxes: pressure K/S times the depth, so edges and corners are softer than faces, by depth over size "
+            "and its square; faces are less stiff by twice the depth over their side"
+        )
+        if contact.exponent != 1.0:
+            yield f"a cell that is covered in part, T, has T^{0.5 * contact.exponent + 0.5:g} of the force of a whole one"
+    if all(pair.geometry is not None or pair in boxes for pair in view.pairs):
         return
     if not on_surfaces:
         yield "edges of rigid plates are rounded by half the thickness; nearly parallel edges have contact at points only"

@@ -83,6 +83,8 @@ def test_crossed_cylinders(angle: float) -> None:
     system, q, _ = lying(angle, depth, 0.02)
     known = 4.0 / 3.0 * 1e5 / _LENGTHS[0] * math.sqrt(2.0 * sum(_RADII)) * depth**1.5 / math.sin(angle)
     assert system.force(0.0, q, None)[2] == pytest.approx(known, rel=1e-4)
+    rough, q, _ = lying(angle, depth, 0.02, friction={"law": "tanh", "mu_dynamic": 0.3, "v_static": 1e-6})
+    assert rough.force(0.0, q, np.eye(12)[0])[0] == pytest.approx(-0.3 * known, rel=1e-4)
 
 
 @pytest.mark.parametrize("seed", range(6))

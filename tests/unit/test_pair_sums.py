@@ -14,14 +14,14 @@ def test_sums_are_those_of_the_contacts_of_each_pair(slips: int) -> None:
     rng = np.random.default_rng(1)
     pair, area = rng.integers(0, 3, 20), rng.uniform(1.0, 2.0, 20)
     slot = rng.permutation(20)[:12]
-    part, normal, elastic = rng.uniform(0.1, 1.0, (3, 12))
+    part, normal, elastic, pull = rng.uniform(0.1, 1.0, (4, 12))
     rate, effort = rng.normal(size=(12, 1 + slips)), rng.normal(size=(12, slips))
-    sums = sums_of_pairs(pair, slot, area, part, normal, elastic, rate, effort, 4)
+    sums = sums_of_pairs(pair, slot, area, part, normal, pull, elastic, rate, effort, 4)
     wanted = {
-        FORCE: normal,
+        FORCE: normal * pull,
         AREA: area[slot] * part,
         FRICTION: np.linalg.norm(effort, axis=1),
-        CARRIED: normal * np.linalg.norm(rate[:, 1:], axis=1),
+        CARRIED: normal * pull * np.linalg.norm(rate[:, 1:], axis=1),
         SLIDING: (effort * rate[:, 1:]).sum(axis=1),
         DAMPING: (normal - elastic) * -rate[:, 0],
     }

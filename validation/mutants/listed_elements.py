@@ -465,6 +465,27 @@ JOINTS = (
         physics_test("cylinder_on_cylinder", "test_forces_are_those_of_the_energy_and_tangents_those_of_the_forces"),
     ),
     Mutant(
+        "walls of cells of boxes without energy",
+        "fsm/model/contact/boxes.py",
+        "total -= own.slopes[slot, wall] * np.sqrt(dot(area, area)) / 48.0 * (",
+        "total -= 0.0 * own.slopes[slot, wall] * np.sqrt(dot(area, area)) / 48.0 * (",
+        physics_test("box_on_box", "test_energy_is_the_integral_over_the_common_volume"),
+    ),
+    Mutant(
+        "friction of boxes with the normal force of the law",
+        "fsm/model/contact/boxes.py",
+        "g.pull[i] = max(-dot(out.normal, out.pull), 0.0)",
+        "g.pull[i] = 1.0",
+        physics_test("box_on_box", "test_kinds_of_contact"),
+    ),
+    Mutant(
+        "boxes without the look between two states",
+        "fsm/model/contact/boxes.py",
+        "looks = min(_LOOKS, 1 + int(moved / own.deepest[number]))",
+        "looks = 1",
+        physics_test("box_on_box", "test_a_step_does_not_carry_a_thin_box_through_a_thin_box"),
+    ),
+    Mutant(
         "stops that return all energy",
         "fsm/model/elements/joint_laws.py",
         "damper += stiffness * max(beyond, 0.0) * rebound",

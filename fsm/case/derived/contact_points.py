@@ -181,7 +181,7 @@ def _gauss(side: float, elements: int, count: int) -> list[tuple[float, float]]:
     ]
 
 
-OF_SIDES = ("surfaces", "shapes", "sheets")
+OF_SIDES = ("surfaces", "shapes", "sheets", "boxes")
 """Geometries that follow from the sides of a pair; `fsm/model/compile/compile_<name>.py` builds their tables."""
 
 
@@ -216,9 +216,15 @@ def contact_sides(scene: Scene) -> dict[str, ContactSide]:
     return known | {surface.name: ContactSide("surface", surface.bodies) for surface in scene.surfaces}
 
 
+def pairs_of_boxes(scene: Scene) -> list[ContactPair]:
+    """Contact pairs of two obstacles that are boxes."""
+    boxes = {obstacle.name for obstacle in scene.obstacles if obstacle.shape == "box"}
+    return [pair for pair in scene.pairs if pair.geometry is None and {pair.first, pair.second} <= boxes]
+
+
 def pairs_by_geometry(scene: Scene) -> dict[str, list[tuple[int, ContactPair]]]:
     """Numbers of the contact pairs, and the pairs, by the name of their geometry."""
-    known = contact_sides(scene)
+    known, boxes = contact_sides(scene), pairs_of_boxes(scene)
     found: dict[str, list[tuple[int, ContactPair]]] = {name: [] for name in OF_SIDES}
     for number, pair in enumerate(scene.pairs):
         name = pair.geometry
@@ -226,5 +232,6 @@ def pairs_by_geometry(scene: Scene) -> dict[str, list[tuple[int, ContactPair]]]:
             both = {known[pair.first].kind, known[pair.second].kind}
             of_sheet = pair.first == pair.second == SHEET and both == {"film"}
             name = "sheets" if of_sheet else "surfaces" if both == {"surface"} else "shapes"
+            name = "boxes" if pair in boxes else name
         found.setdefault(name, []).append((number, pair))
     return {name: pairs for name, pairs in found.items() if pairs}

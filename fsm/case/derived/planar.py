@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fsm.case.derived.contact_points import pairs_of_boxes
 from fsm.case.models.scene import Scene
 
 _TOLERANCE = 1e-12
@@ -24,6 +25,8 @@ def out_of_plane(scene: Scene) -> list[str]:
         reasons.append("springs and cords between points act in space")
     if any(pair.geometry is not None for pair in scene.pairs):
         reasons.append("contact geometries of extensions act in space")
+    if pairs_of_boxes(scene):
+        reasons.append("boxes touch each other in space")
     if scene.pairs and any(body.plate is not None and body.plate.outline for body in scene.bodies):
         reasons.append("facets with outlines have contact in space only")
     for body in scene.bodies:

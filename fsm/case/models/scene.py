@@ -211,7 +211,8 @@ class ContactPair(LawSection):
 
     first: str = Key("first side: a surface, a body with a plate, a group, a film, a cable, a beam, or an obstacle")
     second: str = Key(
-        "second side, as `first`; it can be the same group. Two obstacles: one is a sphere, or exactly one is " "a plane"
+        "second side, as `first`; it can be the same group. Two obstacles: one is a sphere, exactly one is a plane, or both "
+        "are boxes"
     )
     shared: Literal["none", "end-start", "chain"] = Key(
         '"end-start": the end of the first is the start of the second (a common crease); "chain": panels of '

@@ -155,6 +155,29 @@ def add_contact_tangent(
 
 
 @kernel
+def add_pull_tangent(
+    row: int,
+    all_bodies: np.ndarray,
+    all_gradients: np.ndarray,
+    change: np.ndarray,
+    forces: ContactForces,
+    index: BlockIndex,
+    stiffness_data: np.ndarray,
+    block: np.ndarray,
+) -> None:
+    """Add the stiffness of friction due to the change of `ContactArrays.pull`; `change` (n,) is its derivative over its
+    value. Other arguments as those of `add_contact_tangent`.
+    """
+    gradient, (dof, indptr, indices) = all_gradients[row], index
+    for n in range(gradient.shape[1]):
+        for m in range(gradient.shape[1]):
+            block[m, n] = 0.0
+            for c in range(forces.effort.shape[1]):
+                block[m, n] += gradient[1 + c, m] * forces.by_normal[row, c] * forces.normal[row] * change[n]
+    add_block(block, dof, all_bodies[row], indptr, indices, stiffness_data)
+
+
+@kernel
 def write_contact_tangent(
     row: int,
     rates: np.ndarray,

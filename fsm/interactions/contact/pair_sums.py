@@ -17,6 +17,7 @@ def sums_of_pairs(
     area: np.ndarray,
     part: np.ndarray,
     normal: np.ndarray,
+    pull: np.ndarray,
     elastic: np.ndarray,
     rate: np.ndarray,
     effort: np.ndarray,
@@ -28,8 +29,9 @@ def sums_of_pairs(
     ----------
     pair, area : (n_slots,) arrays
         Pair number and represented area (m^2) of every slot.
-    slot, part, normal, elastic : (count,) arrays
-        Slot, weight of its area, normal force (N), and normal force at rest (N) of every contact.
+    slot, part, normal, pull, elastic : (count,) arrays
+        Slot, weight of its area, normal force of the law (N), force on the bodies over it, and normal force of the law at
+        rest (N) of every contact.
     rate : (count, 1 + c) array, m/s
         Rate of the gap, slip velocity.
     effort : (count, c) array, N
@@ -48,10 +50,10 @@ def sums_of_pairs(
             square += effort[i, k] ** 2
             slip += rate[i, 1 + k] ** 2
             power += effort[i, k] * rate[i, 1 + k]
-        sums[FORCE, of] += normal[i]
+        sums[FORCE, of] += normal[i] * pull[i]
         sums[AREA, of] += area[slot[i]] * part[i]
         sums[FRICTION, of] += np.sqrt(square)
-        sums[CARRIED, of] += normal[i] * np.sqrt(slip)
+        sums[CARRIED, of] += normal[i] * pull[i] * np.sqrt(slip)
         sums[SLIDING, of] += power
         sums[DAMPING, of] += (elastic[i] - normal[i]) * rate[i, 0]
     return sums

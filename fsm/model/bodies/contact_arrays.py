@@ -118,6 +118,10 @@ class ContactArrays(NamedTuple):
     normal_force, by_depth, by_closing, effort, by_slip, by_normal, deflected, by_distance, by_turn : forces
         Forces as in `ContactForces`. `deflected` is the new deflection of bristles (m), `by_distance` their stiffness (N/m),
         and `by_turn` the derivative of friction that depends on the direction by rotations of the first body (N).
+    pull : (n_slots,) array
+        Force on the bodies over the normal force of the law: the gradient of the gap by the first body's place, along the
+        normal. 1 for a contact at a point; `measure` writes it if depths are means (MEANS). Friction follows from this
+        force.
     acting : normal forces of the law linearised at `at`, N; those of `normal_force` except in Newton's method of statics
     pressed, pressed_before : (n_slots,) arrays, m
         Depths at which Newton's method of statics linearises the law, and those before its last increment; zero for none.
@@ -169,6 +173,7 @@ class ContactArrays(NamedTuple):
     deflected: Floats2
     by_distance: Floats3
     by_turn: Floats3
+    pull: Floats1
     acting: Floats1
     pressed: Floats1
     pressed_before: Floats1
@@ -179,14 +184,14 @@ class ContactArrays(NamedTuple):
 contacts_at = table_in(ContactArrays)
 """Table of one of several groups, in kernels; see `fsm.kernels.tables.table_in`."""
 CHANGES, STARTED, REFERRED, LACKS, EVALUATIONS, FRICTION, BRISTLE, LOSSY = range(8)
-FOUND, MEASURED, ACTIVE, RENUMBERS, FADES, OWN_STATE = range(8, 14)
+FOUND, MEASURED, ACTIVE, RENUMBERS, FADES, MEANS, OWN_STATE = range(8, 15)
 STATES = 20
 """Indices of `ContactArrays.state`, and their number. 1 means: new weights are not yet used (CHANGES); there is an accepted
 state (STARTED), and a renewal (REFERRED); the pattern lacks a pair of bodies, or the table a row (LACKS); there is
 friction, with bristles; forces depend on rates (LOSSY). EVALUATIONS counts states. FOUND is the number of contacts of the
 last search, -1 if they do not hold any longer; MEASURED: they have been measured. ACTIVE is the number of contacts of the
-last tangent at depths of statics. RENUMBERS and FADES: see `ContactTable`. A geometry has its own numbers from OWN_STATE
-on."""
+last tangent at depths of statics. RENUMBERS and FADES: see `ContactTable`. MEANS: depths are means, so that the
+force on the bodies is not the normal force of the law (`pull`). A geometry has its own numbers from OWN_STATE on."""
 OF_SLOTS = tuple(
     name for name in ContactArrays._fields
     if name not in (

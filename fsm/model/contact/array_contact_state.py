@@ -179,11 +179,13 @@ def bristle_arguments(
 
 @kernel
 def write_friction(g: ContactArrays, effort: np.ndarray, by_slip: np.ndarray, by_normal: np.ndarray) -> None:
-    """Write friction and its derivatives."""
-    count = effort.shape[0]
+    """Write friction and its derivatives; `by_normal` is that by the force on the bodies."""
+    count, pull = effort.shape[0], g.pull
     copy_into(effort, g.effort[:count])
     copy_into(by_slip, g.by_slip[:count])
-    copy_into(by_normal, g.by_normal[:count])
+    for i in range(count):
+        for c in range(by_normal.shape[1]):
+            g.by_normal[i, c] = by_normal[i, c] * pull[i]
 
 
 @kernel
@@ -206,9 +208,16 @@ def write_bristles(g: ContactArrays, by_mean: np.ndarray, deflected: np.ndarray,
 def _of_friction(
     g: ContactArrays, count: int
 ) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Coefficient across a plate, slip velocities, normal forces, bodies, rates, derivatives by rotation, and parameters."""
+    """Coefficient across a plate, slip velocities, normal forces on the bodies, bodies, rates, derivatives by rotation, and
+    parameters.
+    """
+    normal = g.normal_force[:count]
+    if g.state[row.MEANS] == 1:
+        normal = normal.copy()
+        for i in range(count):
+            normal[i] *= g.pull[i]
     return (
-        g.numbers[row.ACROSS], g.slip[:count], g.normal_force[:count], g.bodies[:count], g.rate[:count], g.by_turn[:count],
+        g.numbers[row.ACROSS], g.slip[:count], normal, g.bodies[:count], g.rate[:count], g.by_turn[:count],
         g.friction,
     )  # fmt: skip
 
@@ -247,10 +256,12 @@ def _set_friction(g: ContactArrays, laws: LawKernels, t: float, poses: np.ndarra
 def _set_arguments(g: ContactArrays, count: int) -> None:
     """Write penetrations, closing speeds, slip velocities, shares, and initial closing speeds of the contacts."""
     slot, gap, rate = g.slot, g.gap, g.rate
-    at, closing, slip = g.at, g.closing, g.slip
+    at, closing, slip, pull = g.at, g.closing, g.slip, g.pull
     share, onset, of_slots, memory = g.share_of, g.onset_of, g.share, g.onset
     for i in range(count):
         at[i], closing[i] = -gap[i], -rate[i, 0]
+        if g.state[row.MEANS] == 0:
+            pull[i] = 1.0
         share[i], onset[i] = of_slots[slot[i]], memory[slot[i]]
         for c in range(slip.shape[1]):
             slip[i, c] = rate[i, 1 + c]

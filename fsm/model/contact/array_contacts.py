@@ -312,7 +312,7 @@ def _sums(g: ContactArrays, elastic: np.ndarray, pairs: int) -> np.ndarray:
     for i in range(count):
         part[i] = share[i] / own[slot[i]]
     found: np.ndarray = sums_of_pairs(
-        g.pair, slot, g.area, part, g.normal_force[:count], elastic, g.rate[:count], g.effort[:count], pairs
+        g.pair, slot, g.area, part, g.normal_force[:count], g.pull[:count], elastic, g.rate[:count], g.effort[:count], pairs
     )
     return found
 

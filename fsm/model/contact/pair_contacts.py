@@ -1,4 +1,4 @@
-"""Contacts of two bodies each, one for every pair: the base of geometries with a closed form of the gap, in one file.
+"""Contacts of two bodies each, one or a few for every pair: the base of geometries with a closed form of the gap.
 
 Such a geometry has three kernels of its own; the pattern, the slots and the memory are the same for all. See
 docs/extend/contact_geometry.md.
@@ -12,7 +12,7 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 from fsm.kernels.tables import as_declared, empty_arrays
-from fsm.model.bodies.contact_arrays import REFERRED, ContactArrays, GeometryKernels
+from fsm.model.bodies.contact_arrays import MEANS, REFERRED, ContactArrays, GeometryKernels
 from fsm.model.contact.contact_table import ContactTable
 from fsm.model.contact.touching import Touching
 from fsm.solve.stepping.vectors import copy_into
@@ -48,7 +48,7 @@ def _settle(g: ContactArrays, poses: np.ndarray, young: np.ndarray, new: bool) -
 
 
 class PairContacts(ContactTable):
-    """Contacts of pairs of bodies in space, one slot each; its number is that of the pair in `touching`.
+    """Contacts of pairs of bodies in space, in the order of `touching`: one slot each, or as many as `share` has columns.
 
     Parameters
     ----------
@@ -58,19 +58,27 @@ class PairContacts(ContactTable):
     margin : largest gap that `find` has to return, m
     find, measure, tangent, passed : kernels, see `GeometryKernels`
         Without `passed`, steps do not detect that bodies have passed through each other.
+    share, area : (n, slots of a pair) arrays, - and m^2
+        See `ContactTable`; without them, each pair has one slot with the share 1 and the area 0.
+    means : whether depths are means, so that `measure` writes `ContactArrays.pull`, and `tangent` calls `add_pull_tangent`
     """
 
     coupled_bodies = 2
 
     def __init__(
         self, touching: Touching, own: Any, margin: float, find: Any, measure: Any, tangent: Any,
-        passed: Any = _never_passed,
+        passed: Any = _never_passed, share: np.ndarray | None = None, area: np.ndarray | None = None,
+        means: bool = False,
     ) -> None:  # fmt: skip
-        self.ends, count, none = touching.ends, len(touching.pairs), np.zeros(0)
+        self.ends, none = touching.ends, np.zeros(0)
+        share = np.ones((len(self.ends), 1)) if share is None else share
+        area = np.zeros(share.shape) if area is None else area
         kernels = GeometryKernels(_renew, find, measure, _keep_rows, _tapered, tangent, passed, _settle)
         super().__init__(kernels, 3, margin, none.astype(np.int64), none, empty_arrays(type(own)))
-        self.with_slots(as_declared(own), count, np.ones(count), np.zeros(count), touching.numbers)
-        self.common.bodies[:] = self.ends
+        self.common.state[MEANS] = means
+        number = np.repeat(np.arange(len(self.ends)), share.shape[1])
+        self.with_slots(as_declared(own), share.size, share.ravel(), area.ravel(), touching.numbers[number])
+        self.common.bodies[:] = self.ends[number]
 
     def keys(self, slots: np.ndarray) -> np.ndarray:
         """See `ContactTable`."""

@@ -115,11 +115,15 @@ def _obstacles(scene: Scene) -> Iterator[Fault]:
 
 
 def _solids(pair: ContactPair, shapes: Mapping[str, str], path: str) -> Iterator[Fault]:
-    """Faults of a pair of obstacles: one of them must be a sphere, or exactly one of them must be a plane."""
+    """Faults of a pair of obstacles: one of them must be a sphere, exactly one must be a plane, or both must be boxes."""
     kinds = sorted((shapes[pair.first], shapes[pair.second]))
-    if "sphere" not in kinds and kinds.count("plane") != 1:
-        text = f"a {shapes[pair.first]} and a {shapes[pair.second]} do not touch each other; give one of them a plate"
-        yield Fault(path, f"obstacles {pair.first!r} and {pair.second!r}: {text}, or make it a sphere")
+    if "sphere" in kinds or kinds.count("plane") == 1 or kinds == ["box", "box"]:
+        return
+    remedy = "give one of them a plate, or make it a sphere"
+    if kinds == ["cylinder", "cylinder"]:
+        remedy = 'give their bodies as sides, with geometry = "cylinder-on-cylinder"'
+    text = f"a {shapes[pair.first]} and a {shapes[pair.second]} do not touch each other; {remedy}"
+    yield Fault(path, f"obstacles {pair.first!r} and {pair.second!r}: {text}")
 
 
 def _pair(

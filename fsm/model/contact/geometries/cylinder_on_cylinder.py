@@ -31,10 +31,11 @@ from pydantic import Field
 from fsm.case.schema.model import Model
 from fsm.case.schema.units import Length, Number
 from fsm.errors import CaseError, Fault
-from fsm.interactions.contact.contact_frame import add_contact_tangent
+from fsm.interactions.contact.contact_frame import add_contact_tangent, add_pull_tangent
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.tables import Floats1, Floats2, Floats3, Integers2, follows
+from fsm.kernels.vector import dot
 from fsm.model.bodies.contact_arrays import ContactArrays, forces_of, index_of
 from fsm.model.contact.contact_table import ContactTable
 from fsm.model.contact.pair_contacts import PairContacts
@@ -339,6 +340,7 @@ def _measure(g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int)
             g.gradient[i, 0, m] = found.way[m]
             for c in range(3):
                 g.gradient[i, 1 + c, m] = found.slip[m, c]
+        g.pull[i] = np.sqrt(dot(found.way, found.way))
         for a in range(4):
             g.rate[i, a] = 0.0
             for m in range(12):
@@ -350,7 +352,7 @@ def _tangent(
     g: ContactArrays, poses: np.ndarray, rates: np.ndarray, count: int, stiffness: np.ndarray, damping: np.ndarray
 ) -> None:
     found = _Slice(np.empty(12), np.empty((12, 12)), np.empty((12, 3)), np.empty((12, 12, 3)))
-    block_k, block_d = np.empty((12, 12)), np.empty((12, 12))
+    block_k, block_d, change = np.empty((12, 12)), np.empty((12, 12)), np.empty(12)
     for i in range(count):
         slot = g.slot[i]
         _sums(g, _pair(g, poses, slot), slot, True, found)
@@ -358,6 +360,12 @@ def _tangent(
             i, rates, g.bodies[:count], g.gradient[:count], found.bend, found.turned, forces_of(g, 0, count), index_of(g),
             stiffness, damping, block_k, block_d,
         )  # fmt: skip
+        if forces_of(g, 0, count).friction:
+            for n in range(12):
+                change[n] = dot(found.way, found.bend[:, n]) / dot(found.way, found.way)
+            add_pull_tangent(
+                i, g.bodies[:count], g.gradient[:count], change, forces_of(g, 0, count), index_of(g), stiffness, block_k
+            )
 
 
 @kernel
@@ -397,7 +405,7 @@ def _build(touching: Touching) -> tuple[ContactTable, ...]:
         np.full(len(radii), 1.0 + (1.0 if contact.law == "linear" else contact.exponent)),
         0.5 * np.pi * np.array([nodes, weights]),
     )
-    return (PairContacts(touching, own, float(radii.min()), _find, _measure, _tangent, _passed),)
+    return (PairContacts(touching, own, float(radii.min()), _find, _measure, _tangent, _passed, means=True),)
 
 
 GEOMETRIES["cylinder-on-cylinder"] = AddedLaw(
