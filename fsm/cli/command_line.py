@@ -438,6 +438,7 @@ def _open_closed_streams() -> None:
 def main() -> None:
     """Run the command ``fsm``."""
     _open_closed_streams()
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # their search reads the data of all installed packages
     try:
         with ignore_repeated_interrupts(), rare_gc(), one_thread():
             cli(prog_name="fsm")

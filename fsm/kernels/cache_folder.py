@@ -141,8 +141,9 @@ def cache_folder() -> Path | None:
 
 
 def fault_of(folder: Path, checked: Path | None = None) -> str | None:
-    """Reason why another user could have written machine code to `folder`, or None; `checked` is the folder above it, if that
-    has no fault.
+    """Reason why another user could have written machine code to `folder`, or None.
+
+    If the folder above is `checked`, only the folder itself is looked at.
 
     The user must own the folder, and others must not have write permission. The user or root must own the folders above it.
     Others may have write permission there only with the sticky bit, which prevents renaming. The user's private group (with

@@ -39,7 +39,7 @@ from fsm.kernels import cache_folder as folders
 from fsm.kernels import linked_code
 from fsm.kernels.array_items import in_kernels
 from fsm.kernels.lowering import with_less_code
-from fsm.kernels.machine_code import KernelCache, StoredLibrary, entry
+from fsm.kernels.machine_code import KernelCache, StoredLibrary
 from fsm.kernels.records import Record
 
 _LONGEST_NAME: Final = 200
@@ -163,6 +163,8 @@ class KernelDispatcher(_Linkable):
         Other kernels call the function by its address, and Python does not call it.
     """
 
+    _cache: Any
+
     def __init__(self, function: Callable[..., Any], inline: bool, address: bool = False) -> None:
         options = {"nopython": True, "boundscheck": None} | folders.OPTIONS | ({"forceinline": True} if inline else {})
         super().__init__(function, _KernelPasses, **options, no_cpython_wrapper=address)
@@ -214,9 +216,7 @@ class KernelDispatcher(_Linkable):
 
     def _entry(self, kinds: tuple[Any, ...]) -> Path | None:
         self._begin_cache()
-        if not isinstance(self._cache, KernelCache):
-            return None
-        return entry(self._cache.folder, self.py_func, kinds, "linked")
+        return self._cache.file(kinds, "linked") if isinstance(self._cache, KernelCache) else None
 
     def _compilation_chain_init_hook(self) -> None:
         """Do nothing before a call: extensions of numba are needed for a compilation only, which loads them itself."""

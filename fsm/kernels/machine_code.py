@@ -64,7 +64,8 @@ class KernelCache:
         self.folder = parent / folders.key(self._source)
         self.cache_path = str(self.folder)
         self._enabled = True
-        self.lock = CompileLock(self.folder / f"{_named(function)}.{self._kind}.lock")
+        self._name = f"{self._source.stem}.{function.__qualname__}"
+        self.lock = CompileLock(self.folder / f"{self._name}.{self._kind}.lock")
         if self.folder.exists():
             if (fault := folders.fault_of(self.folder, parent)) is not None:
                 _log.warning("compiled kernels are not used: %s", fault)
@@ -73,8 +74,12 @@ class KernelCache:
                 folders.mark_as_used(self.folder)
 
     def file(self, kinds: tuple[Any, ...], kind: str) -> Path | None:
-        """File of code of the function for arguments of these types; None if it is not kept."""
-        return entry(self.folder, self._function, kinds, kind) if self._enabled else None
+        """File of code of the function for arguments of these types; None if a type is of an object of this process."""
+        digests = tuple(map(_digest, kinds))
+        if not self._enabled or None in digests:
+            return None
+        text = repr((self._function.__code__.co_firstlineno, *digests))
+        return self.folder / f"{self._name}.{kind}-{hashlib.sha256(text.encode()).hexdigest()[:24]}"
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the stored machine code for the signature `sig`, or None; this process compiles the kernel then.
@@ -101,19 +106,6 @@ class KernelCache:
             _log.warning("kernel %s is not kept, because it contains addresses of this process", self._function.__qualname__)
             return
         self._enabled = folders.write(file, _content(kinds, data))
-
-
-def entry(folder: Path, function: Callable[..., Any], kinds: tuple[Any, ...], kind: str) -> Path | None:
-    """File of a function for arguments of these types; None if a type is of an object of this process."""
-    digests = tuple(map(_digest, kinds))
-    if None in digests:
-        return None
-    digest = hashlib.sha256(repr((function.__code__.co_firstlineno, *digests)).encode()).hexdigest()[:24]
-    return folder / f"{_named(function)}.{kind}-{digest}"
-
-
-def _named(function: Callable[..., Any]) -> str:
-    return f"{folders.source_of(function).stem}.{function.__qualname__}"
 
 
 _digests: dict[int, tuple[Any, str | None]] = {}
