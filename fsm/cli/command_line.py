@@ -19,7 +19,7 @@ from fsm.cli.init import init
 from fsm.cli.options import Command, Group
 from fsm.cli.studies import optimise, sensitivity, solve_for, study
 from fsm.errors import CaseError, ExpectationFailed
-from fsm.io.gc_startup import imports_outside_gc, plain_matplotlib, rare_gc
+from fsm.io.gc_startup import import_numba, imports_outside_gc, plain_matplotlib, rare_gc
 from fsm.io.interrupts import ignore_repeated_interrupts
 from fsm.io.threads import one_thread
 
@@ -108,6 +108,7 @@ def run(
     try:
         with drawn_beside() if drawn else nullcontext():
             with imports_outside_gc():
+                import_numba()
                 from fsm.run.compile_beside import compiled_beside
                 from fsm.run.run_case import run_case
 
@@ -438,6 +439,7 @@ def _open_closed_streams() -> None:
 def main() -> None:
     """Run the command ``fsm``."""
     _open_closed_streams()
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # their search reads the data of all installed packages
     try:
         with ignore_repeated_interrupts(), rare_gc(), one_thread():
             cli(prog_name="fsm")

@@ -1,4 +1,4 @@
-"""Garbage collection at the start and at the end of a process, and a quick import of Matplotlib.
+"""Garbage collection at the start and at the end of a process, and a quick import of Matplotlib and numba.
 
 Imports create about 150 000 objects that live until the process ends. The search for garbage among these
 objects took one second of a run of four seconds. Objects created later are collected as usual.
@@ -9,6 +9,7 @@ Only the command line and the workers of a table may use this module, because it
 from __future__ import annotations
 
 import gc
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -73,6 +74,19 @@ def plain_matplotlib() -> Iterator[None]:
     finally:
         matplotlib.artist.kwdoc = table
         setattr(artist, name, signature)
+
+
+def import_numba() -> None:
+    """Import numba without SciPy, of which it checks the version, and YAML, for a file of settings in the current folder."""
+    if "numba" in sys.modules or os.path.exists(".numba_config.yaml"):
+        return
+    left_out = {"scipy", "yaml"} - sys.modules.keys()
+    sys.modules.update(dict.fromkeys(left_out))  # type: ignore[arg-type]
+    try:
+        import numba  # noqa: F401
+    finally:
+        for name in left_out:
+            del sys.modules[name]
 
 
 @contextmanager

@@ -52,6 +52,8 @@ _NUMBA_SETTINGS: Final = (
 
 PACKAGE: Final = Path(os.path.abspath(__file__)).parent.parent
 _PREFIX: Final = os.path.join(PACKAGE, "")
+_ABOVE: Final = os.path.join(PACKAGE.parent, "")
+_NAME: Final = re.compile(r"\w+")
 _DAY: Final = 86400.0
 _STAMP: Final = ".last_used"
 _PRIVATE: Final = 0o700
@@ -71,7 +73,7 @@ _log = logging.getLogger(__name__)
 def is_covered(function: Callable[..., Any]) -> bool:
     """Whether the hash covers the source of `function` and of all functions that it can call."""
     path = source_of(function)
-    if not path.is_relative_to(PACKAGE):
+    if not is_inside(path):
         return False
     if function.__closure__ is not None or "<locals>" in function.__qualname__:
         fault = " is defined inside another function: define it at the top level of the module"
@@ -80,6 +82,12 @@ def is_covered(function: Callable[..., Any]) -> bool:
     else:
         return True
     raise RuntimeError(f"kernel {function.__qualname__} in {path.relative_to(PACKAGE.parent).as_posix()}{fault}")
+
+
+@cache
+def is_inside(path: Path) -> bool:
+    """Whether a file is in the package."""
+    return path.is_relative_to(PACKAGE)
 
 
 @cache
@@ -132,8 +140,10 @@ def cache_folder() -> Path | None:
     return folder
 
 
-def fault_of(folder: Path) -> str | None:
+def fault_of(folder: Path, checked: Path | None = None) -> str | None:
     """Reason why another user could have written machine code to `folder`, or None.
+
+    If the folder above is `checked`, only the folder itself is looked at.
 
     The user must own the folder, and others must not have write permission. The user or root must own the folders above it.
     Others may have write permission there only with the sticky bit, which prevents renaming. The user's private group (with
@@ -142,7 +152,8 @@ def fault_of(folder: Path) -> str | None:
     if sys.platform == "win32":
         return None
     user, private_group = os.geteuid(), _private_group()
-    for place in (folder, *folder.resolve().parents):
+    above = () if folder.parent == checked and not folder.is_symlink() else folder.resolve().parents
+    for place in (folder, *above):
         status = place.stat()
         mine = {user} if place == folder else {user, 0}
         if status.st_uid not in mine:
@@ -248,10 +259,10 @@ def _candidates(text: bytes) -> tuple[str, ...]:
     """Paths in the package that the import statements in `text` may refer to; not all of them exist."""
     stems: set[str] = set()
     for statement in _IMPORT.finditer(b"\n" + text):
-        stem = os.path.join(PACKAGE.parent, *(statement[1] or statement[3]).decode().split("."))
-        names = re.findall(r"\w+", (statement[2] or b"").decode())
-        stems |= {stem, *(os.path.join(stem, name) for name in names)}
-    return tuple(file for stem in stems for file in (f"{stem}.py", os.path.join(stem, "__init__.py")))
+        stem = _ABOVE + (statement[1] or statement[3]).decode().replace(".", os.sep)
+        names = _NAME.findall((statement[2] or b"").decode())
+        stems |= {stem, *(f"{stem}{os.sep}{name}" for name in names)}
+    return tuple(file for stem in stems for file in (f"{stem}.py", f"{stem}{os.sep}__init__.py"))
 
 
 def mark_as_used(folder: Path) -> None:
@@ -287,3 +298,21 @@ def create_folder(folder: Path) -> None:
     with suppress(FileExistsError):
         folder.mkdir(_PRIVATE)
         (folder / _STAMP).touch()
+
+
+def write(file: Path, content: bytes) -> bool:
+    """Write a file of the cache as a whole; return whether it was written. A full disk is not an error."""
+    place = None
+    try:
+        create_folder(file.parent)
+        with tempfile.NamedTemporaryFile(dir=file.parent, delete=False) as out:
+            place = Path(out.name)
+            out.write(content)
+        place.replace(file)
+    except OSError as fault:
+        _log.debug("cannot store %s: %s", file.name, fault)
+        with suppress(OSError):
+            if place is not None:
+                place.unlink()
+        return False
+    return True

@@ -4,7 +4,7 @@ This module adds to ``numba.njit(cache=True)``:
 
 * machine code is made only for kernels that Python calls. A kernel that calls another kernel links its code, so the callee
   by itself needs neither machine code, nor wrappers for calls from Python, nor an entry in the cache;
-* entries of the cache do not contain data that only a later link would need, so they load quickly;
+* entries of the cache load quickly (`fsm.kernels.machine_code`);
 * symbols have short names. The names of numba contain the types of all arguments, which for tables of arrays are 100 kB in
   each of hundreds of symbols and messages of a kernel;
 * a process whose sources were edited since its start no longer writes to the cache, because it would store new code under an
@@ -16,12 +16,9 @@ This module adds to ``numba.njit(cache=True)``:
 
 from __future__ import annotations
 
-import errno
 import functools
 import gc
 import hashlib
-import logging
-import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -29,12 +26,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from numba.core import event, itanium_mangler, sigutils, typing, untyped_passes
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
-from numba.core.compiler import Compiler, CompilerBase, CompileResult, DefaultPassBuilder, Flags, compile_extra
+from numba.core.compiler import Compiler, CompilerBase, DefaultPassBuilder, Flags, compile_extra
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import PassManager
 from numba.core.registry import CPUDispatcher
-from numba.core.runtime import rtsys
 from numba.core.target_extension import jit_registry, target_registry
 from numba.core.types import containers
 from numba.core.types.misc import unliteral
@@ -43,14 +38,13 @@ from fsm.io.gc_startup import keep_garbage
 from fsm.kernels import cache_folder as folders
 from fsm.kernels import linked_code
 from fsm.kernels.array_items import in_kernels
-from fsm.kernels.compile_lock import CompileLock
 from fsm.kernels.lowering import with_less_code
+from fsm.kernels.machine_code import KernelCache, StoredLibrary
 from fsm.kernels.records import Record
 
 _LONGEST_NAME: Final = 200
 """Letters of the names of types in a symbol that keeps the name that numba gives it."""
 
-_log = logging.getLogger(__name__)
 _making = threading.RLock()
 
 
@@ -124,7 +118,7 @@ class _Linkable(CPUDispatcher):  # type: ignore[misc, unused-ignore]
         if kinds in self._linked:
             return
         called = self.overloads.get(kinds)
-        if called is not None and _is_linkable(called.library):
+        if called is not None and not isinstance(called.library, StoredLibrary):
             self._linked[kinds] = called
             return
         file = self._entry(kinds)
@@ -169,6 +163,8 @@ class KernelDispatcher(_Linkable):
         Other kernels call the function by its address, and Python does not call it.
     """
 
+    _cache: Any
+
     def __init__(self, function: Callable[..., Any], inline: bool, address: bool = False) -> None:
         options = {"nopython": True, "boundscheck": None} | folders.OPTIONS | ({"forceinline": True} if inline else {})
         super().__init__(function, _KernelPasses, **options, no_cpython_wrapper=address)
@@ -185,7 +181,7 @@ class KernelDispatcher(_Linkable):
                 self.targetoptions["no_cfunc_wrapper"] = not self._address and _has_tuples(kinds)
                 return super().compile(sig)
         finally:
-            if isinstance(self._cache, _KernelCache):
+            if isinstance(self._cache, KernelCache):
                 self._cache.lock.release()
             keep_garbage()
             if collects:
@@ -194,14 +190,14 @@ class KernelDispatcher(_Linkable):
     def is_compiled_elsewhere(self) -> bool:
         """Whether another process compiles the function now."""
         self._begin_cache()
-        return isinstance(self._cache, _KernelCache) and self._cache.lock.is_taken()
+        return isinstance(self._cache, KernelCache) and self._cache.lock.is_taken()
 
     def _begin_cache(self) -> None:
         if self._to_cache:
             self._to_cache = False
             if folders.cache_folder() is not None:
                 with suppress(RuntimeError, OSError):  # if the folder has disappeared, the kernel is not cached
-                    self._cache = _KernelCache(self.py_func, self._address)
+                    self._cache = KernelCache(self.py_func, self._address)
 
     def by_address(self, kinds: tuple[Any, ...]) -> KernelDispatcher:
         """The same function for calls by its address, with arguments of these types.
@@ -220,9 +216,7 @@ class KernelDispatcher(_Linkable):
 
     def _entry(self, kinds: tuple[Any, ...]) -> Path | None:
         self._begin_cache()
-        if not isinstance(self._cache, _KernelCache) or not self._cache._enabled:
-            return None
-        return linked_code.entry(self._cache.folder, self.py_func, kinds, _field_names(kinds))
+        return self._cache.file(kinds, "linked") if isinstance(self._cache, KernelCache) else None
 
     def _compilation_chain_init_hook(self) -> None:
         """Do nothing before a call: extensions of numba are needed for a compilation only, which loads them itself."""
@@ -298,150 +292,3 @@ def _short_name(name: str, types: Any, *, abi_tags: Any = (), uid: int | None = 
     digest = hashlib.sha256(whole.encode()).hexdigest()[:32]
     inner = "<locals>." * ("<locals>" in name)  # as `fsm.kernels.linked_code` finds these functions
     return str(itanium_mangler.mangle(f"{inner}{name.rpartition('.')[2]}.{digest}", (), uid=uid))
-
-
-def _is_linkable(library: Any) -> bool:
-    """Whether a library has the code that another library links. A library from the cache has machine code only."""
-    return any(not function.is_declaration for function in library._final_module.functions)
-
-
-# ------------------------------------------------------------------------------------------------------ cache
-
-
-class _Locator(UserProvidedCacheLocator):  # type: ignore[misc, unused-ignore]
-    """Location of the cache entries of one function: a folder named by a hash of its sources."""
-
-    def __init__(self, function: Callable[..., Any]) -> None:
-        self._py_file = str(folders.source_of(function))
-        self._lineno = function.__code__.co_firstlineno
-        parent = folders.cache_folder()
-        if parent is None:
-            raise FileNotFoundError(errno.ENOENT, "no cache folder")
-        self._cache_path = str(parent / folders.key(folders.source_of(function)))
-
-    def get_source_stamp(self) -> str:
-        """Return a constant, because the name of the folder already identifies the sources."""
-        return ""
-
-    def ensure_cache_path(self) -> None:
-        """Create the folder with permissions for this user only."""
-        folders.create_folder(Path(self._cache_path))
-
-
-class _CacheImpl(CompileResultCacheImpl):  # type: ignore[misc, unused-ignore]
-    """Machine code and data for a call from Python, at the location of `_Locator` for any settings of numba."""
-
-    def __init__(self, function: Callable[..., Any], address: bool) -> None:
-        self._lineno = function.__code__.co_firstlineno
-        self._locator = _Locator(function)
-        full_name = f"{folders.source_of(function).stem}.{function.__qualname__}{'.address' * address}"
-        self._filename_base = self.get_filename_base(full_name, getattr(sys, "abiflags", ""))
-
-    def reduce(self, data: Any) -> tuple[Any, ...]:
-        """Return the part of the compiled function `data` that is stored."""
-        library, described = data.library, data.fndesc
-        described.typemap = described.calltypes = None  # this part is large, and nothing uses it after the compilation
-        names = (described.llvm_func_name, described.llvm_cpython_wrapper_name, described.llvm_cfunc_wrapper_name)
-        symbols = {name for name in names if library.codegen._engine.is_symbol_defined(name)}
-        environments = tuple(data._find_referenced_environments())
-        return (
-            library.name, library._get_compiled_object(), symbols, described, data.environment, data.signature,
-            data.reload_init, environments,
-        )  # fmt: skip
-
-    def rebuild(self, target_context: Any, payload: tuple[Any, ...]) -> Any:
-        """Return the compiled function from its stored part."""
-        name, machine_code, symbols, described, environment, signature, reload_init, environments = payload
-        for function in reload_init:
-            function()
-        codegen = target_context.codegen()
-        library = codegen.create_library(name)
-        library.enable_object_caching()
-        library._set_compiled_object(machine_code)
-        library._finalize_final_module()
-        codegen._engine._defined_symbols |= symbols
-        fields = dict.fromkeys(CompileResult._fields) | {
-            "target_context": target_context,
-            "typing_context": target_context.typing_context,
-            "library": library,
-            "environment": environment,
-            "entry_point": target_context.get_executable(library, described, environment),
-            "fndesc": described,
-            "signature": signature,
-            "objectmode": False,
-            "lifted": (),
-            "reload_init": reload_init,
-            "referenced_envs": environments,
-        }
-        for below in environments:
-            codegen.set_env(below.env_name, below)
-        return CompileResult(**fields)
-
-
-class _KernelCache(FunctionCache):
-    """numba's cache of one function; instead of an error, an invalid entry causes a new compilation."""
-
-    def __init__(self, function: Callable[..., Any], address: bool) -> None:
-        self._impl_class = functools.partial(_CacheImpl, address=address)
-        super().__init__(function)
-        self.folder = Path(self._cache_path)
-        self._file = folders.source_of(function)
-        self.lock = CompileLock(self.folder / f"{self._impl.filename_base}.lock")
-        if self.folder.exists():
-            if (fault := folders.fault_of(self.folder)) is not None:
-                _log.warning("compiled kernels are not used: %s", fault)
-                self.disable()
-            else:
-                folders.mark_as_used(self.folder)
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return the stored machine code for the signature `sig`, or None; this process compiles the kernel then.
-
-        It needs the memory management of numba, but not the tables of types and functions that a compilation needs.
-        """
-        rtsys.initialize(target_context)
-        stored = self._stored(sig, target_context)
-        if stored is None and self._enabled and self.folder.name == folders.key_now(self._file) and self.lock.acquire():
-            stored = self._stored(sig, target_context)  # another process has compiled the kernel in the meantime
-        return stored
-
-    def _stored(self, sig: Any, target_context: Any) -> Any:
-        try:
-            stored = self._load_overload(sig, target_context)
-        except Exception as fault:  # a damaged pickle can raise any exception
-            _log.debug("cache entry of %s is damaged (%r); compiling again", self._name, fault)
-            with suppress(OSError):
-                self.flush()
-            return None
-        if stored is not None and tuple(stored.signature.args) != tuple(sigutils.normalize_signature(sig)[0]):
-            _log.debug("cache entry of %s is for %s; compiling again", self._name, stored.signature)
-            return None
-        return stored
-
-    def save_overload(self, sig: Any, data: Any) -> None:
-        """Store the machine code for the signature `sig` unless the sources have changed since import."""
-        if self.folder.name != folders.key_now(self._file):
-            return
-        try:
-            super().save_overload(sig, data)
-        except OSError as fault:
-            self.disable()
-            _log.debug("cannot store %s: %s", self._name, fault)
-
-    def _index_key(self, sig: Any, codegen: Any) -> Any:
-        """Return numba's key of a signature, and the field names of the NamedTuples among the arguments.
-
-        Machine code reads fields by their order, and the module of a NamedTuple is possibly not covered by the hash.
-        """
-        return (*super()._index_key(sig, codegen), _field_names(sig))
-
-
-def _field_names(argument_types: Any) -> tuple[Any, ...]:
-    """Field names of all NamedTuples among numba types, including those inside tuples."""
-    names: list[Any] = []
-    for kind in argument_types:
-        if isinstance(kind, containers.BaseNamedTuple):
-            names.append(tuple(kind.fields))
-        if isinstance(kind, containers.BaseTuple):
-            names.append(_field_names(kind))
-    return tuple(names)

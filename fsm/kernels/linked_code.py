@@ -8,12 +8,9 @@ valid while the sources of all of them are unchanged.
 from __future__ import annotations
 
 import copy
-import hashlib
 import os
 import pickle
-import tempfile
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
@@ -23,7 +20,7 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompileResult
 from numba.core.runtime import rtsys
 
-from fsm.kernels.cache_folder import PACKAGE, create_folder, key, key_now, source_of
+from fsm.kernels.cache_folder import PACKAGE, is_inside, key, key_now, source_of, write
 
 _NUMBA: Final = Path(os.path.abspath(numba.__file__)).parent
 
@@ -61,7 +58,7 @@ class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc, unused-ignore]
 def origin(function: Callable[..., Any]) -> tuple[set[Path], bool]:
     """File of a function, if it is from this package, and whether it is from this package or from numba."""
     source = source_of(function)
-    if source.is_relative_to(PACKAGE):
+    if is_inside(source):
         return {source}, True
     return set(), source.is_relative_to(_NUMBA)
 
@@ -82,15 +79,6 @@ def _sources(library: Any) -> set[Path] | None:
             return None
         found |= inner
     return found
-
-
-def entry(folder: Path, function: Callable[..., Any], kinds: tuple[Any, ...], fields: Any) -> Path | None:
-    """File of a function for arguments of these types; None if a type is of an object of this process."""
-    text = repr((function.__code__.co_firstlineno, *map(str, kinds), fields))
-    if " at 0x" in text:
-        return None
-    digest = hashlib.sha256(text.encode()).hexdigest()[:24]
-    return folder / f"{Path(function.__code__.co_filename).stem}.{function.__qualname__}.linked-{digest}"
 
 
 def save(file: Path, source: Path, result: Any) -> None:
@@ -114,17 +102,7 @@ def save(file: Path, source: Path, result: Any) -> None:
         text = pickle.dumps(content)
     except (pickle.PicklingError, AttributeError, TypeError):  # a constant of the function cannot be stored
         return
-    place = None
-    try:
-        create_folder(file.parent)
-        with tempfile.NamedTemporaryFile(dir=file.parent, delete=False) as out:
-            place = Path(out.name)
-            out.write(text)
-        place.replace(file)
-    except OSError:  # a full disk is not an error
-        with suppress(OSError):
-            if place is not None:
-                place.unlink()
+    write(file, text)
 
 
 def load(file: Path, kinds: tuple[Any, ...], context: Any) -> Any:

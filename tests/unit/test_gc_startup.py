@@ -68,3 +68,10 @@ def test_a_quick_import_leaves_matplotlib_as_it_is():
     code += "class Later(Artist):\n    pass\n"
     code += "print(line.get_linewidth(), 'linewidth' in kwdoc(Line2D), 'alpha' in str(Later.set.__signature__))"
     assert _printed(code) == ["3.0 True True"]
+
+
+def test_a_quick_import_of_numba_leaves_other_packages_as_they_are():
+    code = "from fsm.io.gc_startup import import_numba\nimport_numba()\nimport sys\n"
+    code += "print('numba' in sys.modules, 'scipy' in sys.modules, 'yaml' in sys.modules)\n"
+    code += "import scipy.linalg, yaml\nprint(yaml.safe_load('a: 1'), float(scipy.linalg.det([[2.0]])))"
+    assert _printed(code) == ["True False False", "{'a': 1} 2.0"]

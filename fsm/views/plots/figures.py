@@ -55,6 +55,8 @@ _ALL: dict[str, tuple[Plot, Callable[[Solution], bool]]] = {
     "motion.gif": (_later("movie", "write_gif"), lambda run: run.array is not None),
 }
 """Figures by the names of their files, with the results that have them."""
+_SLOWEST = {"motion": 0, "energy": 1, "contact": 2}
+"""Order of the figures that take the longest."""
 
 
 def _is_film(run: Solution) -> bool:
@@ -87,7 +89,8 @@ def draw(solution: Solution, folder: Path, alone: bool = False) -> list[Path]:
 
 def _draw_all(solution: Solution, folder: Path) -> None:
     """Draw all figures of a result, on two processors if the command allows it."""
-    slowest_first = sorted(figures_of(solution).items(), key=lambda item: not item[0].startswith("motion"))
+    figures = figures_of(solution)
+    slowest_first = sorted(figures.items(), key=lambda item: _SLOWEST.get(Path(item[0]).stem, len(_SLOWEST)))
     plots = [partial(plot, solution, folder / _named(name, file_format())) for name, plot in slowest_first]
     draw_all(plots, in_two_processes())
 

@@ -45,6 +45,8 @@ def plot_motion(solution: Solution, path: str | Path, views: int = 6) -> None:
     rows = max(1, -(-len(chosen) // columns))
     space = leaves_plane(solution.shape)
     everything, view = _extent(solution), _view(solution)
+    if len(everything) and not space:
+        everything = np.array([everything.min(axis=0), everything.max(axis=0)])
     title = points(_TITLE) + (points(0.16) if len(stages) > 1 else 0.0)
     height = _height(everything, columns, rows, title, space)
     handles = handles_of_parts(solution)
