@@ -29,7 +29,6 @@ from fsm.solve.simulate import simulate
 
 _RIGID_RTOL = 1e-6
 """Settings of the comparison with rigid bars."""
-_RECORDS = 200
 _UNSURE = 0.1
 """Error of the largest stress above which there is a warning."""
 
@@ -89,7 +88,7 @@ class ScissorArray(OneStep):
 
     def record_times(self, end: float) -> list[float]:
         """See `Analysis`."""
-        interval = self.case.save.interval or end / _RECORDS
+        interval = self.case.save.interval or end / self.case.save.number
         record_count(end, interval, "save.interval")
         count = max(1, round(end / interval))
         return [float(t) for t in np.linspace(0.0, end, count + 1)]

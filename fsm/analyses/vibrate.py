@@ -49,8 +49,6 @@ _GOOD = 0.02
 """Largest error of the reduced model against the full one for its use."""
 _STEPS = 40.0
 """Number of steps of the full model in the pulse, or in a period of the lowest mode if shorter."""
-_RECORDS = 200
-"""Default number of records."""
 _ORDER = {"taut": 2.0, "patches": 0.4, "wrinkled": 0.3}
 """Order of the frequencies in the size of the elements, for the stated error."""
 
@@ -188,11 +186,11 @@ class VibrationAnalysis(OneStep):
         return settings if solve.rho_inf is None else replace(settings, rho_inf=solve.rho_inf)
 
     def record_times(self, end: float) -> list[float]:
-        """See `Analysis`; by default at most 200 of the samples, evenly spaced."""
+        """See `Analysis`; by default at most `save.intervals` of the samples, evenly spaced."""
         if self.case.save.interval is not None or not end:
             return save_times(self.case.save, None, end)
         samples = self.sample_times(end)
-        return [*samples[:: max(1, math.ceil(len(samples) / _RECORDS))], end]
+        return [*samples[:: max(1, math.ceil(len(samples) / self.case.save.number))], end]
 
     def sample_times(self, end: float) -> list[float]:
         """Times at equal intervals, from the case or from the highest mode; fixed steps are not shortened for them."""

@@ -18,7 +18,7 @@ import numpy as np
 from fsm.calibrate.study import value_at
 from fsm.case.loading.load_case import LoadedCase, load_tables
 from fsm.case.loading.overrides import Given, apply_overrides, check_path, split_override
-from fsm.case.models.case import root
+from fsm.case.models.case import Case, root
 from fsm.case.models.study import StudyResponse, Value
 from fsm.case.schema.schema import Place
 from fsm.case.schema.units import did_you_mean, to_si, with_unit
@@ -39,6 +39,12 @@ CURVE = 101
 """Number of points of the force curve that is kept of a run, equally spaced over the travel."""
 _REACTIONS = {"force": "N", "moment": "N m"}
 """Largest reactions of a joint with their units; as responses they are "force at JOINT" and "moment at JOINT"."""
+_OF_STEPS = frozenset({
+    "peak_force", "peak_travel", "final_force", "final_travel", "dynamic_peak_force", "dynamic_peak_travel", "mass",
+})  # fmt: skip
+"""Responses from all steps of a pull, for which no states need to be saved between its ends."""
+_FEW = 10
+"""Number of intervals between the saved states of a run with such responses."""
 LATCH_TIME = "latch_time"
 """Response of a mechanism: time at which its first latch closes, s."""
 MASS = "mass"
@@ -121,6 +127,7 @@ def case_problem(
     paths: Sequence[str],
     responses: Sequence[StudyResponse],
     source: str,
+    few_states: bool = False,
 ) -> tuple[Problem, LoadedCase]:
     """Problem of a case, and the case at its own values; output for other purposes is left out.
 
@@ -132,6 +139,7 @@ def case_problem(
     paths : varied paths
     responses : numbers of each run
     source : name of the study in messages
+    few_states : whether only few states are saved if no response needs more, so that the steps of a pull may be longer
 
     Raises
     ------
@@ -152,12 +160,23 @@ def case_problem(
     if wrong:
         raise CaseError(wrong, source)
     base = load_tables(changed, (), file)
+    saves = any(item[0].startswith("save.") for item in split if not isinstance(item, Fault))
+    if few_states and not saves and _needs_few_states(base.case, responses):
+        changed["save"] = {"intervals": _FEW}
+        base = load_tables(changed, (), file)
     places = {path: _place(changed, path) for path in paths}
     texts = [path for path, place in places.items() if int not in place.variants() and float not in place.variants()]
     if texts:
         raise CaseError([Fault(path, "is not a number of the case; only numbers can be varied") for path in texts], source)
     whole = tuple(path for path, place in places.items() if int in place.variants() and float not in place.variants())
     return Problem(file, changed, "", {path: place.unit() for path, place in places.items()}, whole, tuple(responses)), base
+
+
+def _needs_few_states(case: Case, responses: Sequence[StudyResponse]) -> bool:
+    """Whether all responses follow from the steps of a single pull."""
+    driven = case.drive or (case.scene is not None and case.scene.drives)
+    alone = not (case.step or case.stages or case.event)
+    return bool(driven) and alone and all(one.channel is None and one.name in _OF_STEPS for one in responses)
 
 
 def function_problem(

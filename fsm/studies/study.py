@@ -68,7 +68,7 @@ def _prepare(file: StudyFile, path: Path, overrides: Sequence[str]) -> tuple[Pro
     folder, paths = path.parent, [one.path for one in file.parameter]
     if file.case is not None:
         case = folder / file.case
-        problem, base = case_problem(read_toml(case), case, [*file.set, *overrides], paths, file.response, str(path))
+        problem, base = case_problem(read_toml(case), case, [*file.set, *overrides], paths, file.response, str(path), True)
         text = base.text
         nominal = {one: nominal_value(problem, base, one) for one in paths}
     else:

@@ -15,9 +15,11 @@ from scipy import stats
 
 import fsm
 from fsm.case.loading.model_file import read_file
+from fsm.case.models.solve import Save
 from fsm.case.models.study import StudyFile
 from fsm.cli.command_line import cli
 from fsm.errors import CaseError
+from fsm.studies.problem import Run, evaluate
 from fsm.studies.result import StudyResult, sobol_indices
 from fsm.studies.scatter import values_at
 from fsm.studies.search import JOURNAL
@@ -227,6 +229,29 @@ def test_a_study_of_a_strip(tmp_path: Path) -> None:
     assert run.units == {"peak_force": "N", "peak_travel": "m", "min of crease.3.angle": "rad"}
     assert len(run.curve) == 101
     assert (tmp_path / "out" / "study.csv").read_text().startswith("run,material.young (Pa),strip.thickness (m),")
+
+
+def test_a_study_of_forces_saves_few_states(tmp_path: Path) -> None:
+    """Steps then need not end at saved states; the peak stays within the tolerance."""
+    assert CliRunner().invoke(cli, ["init", "strip", str(tmp_path / "strip.toml")]).exit_code == 0
+    own = ["strip.segments_per_panel=4", "drive.0.travel=6 mm", "expect=none"]
+    parameter = 'parameter = [{ path = "strip.thickness", low = 1, high = 2 }]'
+    start = f'case = "strip.toml"\nset = {json.dumps(own)}\n{parameter}\n'
+    file = tmp_path / "study.toml"
+
+    def nominal(response: str, *more: str) -> tuple[Run, Save]:
+        file.write_text(f"{start}response = [{response}]\n")
+        problem, *_ = _prepare(read_file(file, StudyFile), file, more)
+        return evaluate(problem, {}), problem.case({}).case.save
+
+    few, save = nominal('{ name = "peak_force" }')
+    assert save.intervals == 10
+    assert nominal('{ name = "energy_error" }')[1].intervals is None
+    assert nominal('{ channel = "crease.3.angle", of = "min" }')[1].intervals is None
+    all_of_them, save = nominal('{ name = "peak_force" }', "save.every=0.1 mm")
+    assert (save.every, save.intervals) == (1e-4, None)
+    assert few.responses["peak_force"] == pytest.approx(all_of_them.responses["peak_force"], rel=1e-3)
+    assert few.responses != all_of_them.responses
 
 
 ONE = 'case = "case.toml"\n[[parameter]]\npath = "strip.thickness"\n'

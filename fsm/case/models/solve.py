@@ -19,6 +19,10 @@ Method = Literal[
 ]  # fmt: skip
 
 
+MOST_RECORDS = 1_000_000
+"""Largest number of records of a run."""
+
+
 class Solve(Model):
     """Settings of the solver."""
 
@@ -97,10 +101,14 @@ class SavedPoint(Model):
 
 
 class Save(Model):
-    """Spacing of records: `every` in travel of the first drive, or `interval` in time; by default 200 intervals."""
+    """Spacing of records: `every` in travel of the first drive, `interval` in time, or the number of `intervals`."""
 
     every: Annotated[Length, Field(gt=0)] | None = Key("distance between records in travel of the first drive", default=None)
-    interval: Annotated[Time, Field(gt=0)] | None = Key("time between records; give `every` or `interval`", default=None)
+    interval: Annotated[Time, Field(gt=0)] | None = Key("time between records", default=None)
+    intervals: Annotated[Count, Field(gt=0, le=MOST_RECORDS)] | None = Key(
+        "number of equal intervals between records; give one of `every`, `interval` and `intervals`", default=None,
+        shown="200, if none is given",
+    )
     channels: tuple[Annotated[str, Field(min_length=1, max_length=200)], ...] = Key(
         "patterns of the channels to record: `*` is any text, `?` any letter", default=()
     )
@@ -113,9 +121,14 @@ class Save(Model):
 
     @model_validator(mode="after")
     def _one(self) -> Self:
-        if self.every is not None and self.interval is not None:
-            raise ValueError("give `every` (travel) or `interval` (time), not both")
+        if [self.every, self.interval, self.intervals].count(None) < 2:
+            raise ValueError("give only one of `every` (travel), `interval` (time) and `intervals` (number)")
         return self
+
+    @property
+    def number(self) -> int:
+        """Number of intervals where neither `every` nor `interval` is given."""
+        return 200 if self.intervals is None else self.intervals
 
 
 Kind = Literal["static", "dynamic", "modes", "relax"]

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import math
 
+from fsm.case.models.solve import MOST_RECORDS
 from fsm.errors import CaseError, Fault
-
-MOST_RECORDS = 1_000_000
-"""Largest number of records of a run."""
 
 
 def record_count(span: float, interval: float, path: str) -> int:

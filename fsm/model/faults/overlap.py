@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,7 +50,10 @@ def outlines(scene: Scene) -> list[Outline]:
     groups: dict[str, list[Body]] = {}
     for name, panel in panel_of_body(scene).items():
         groups.setdefault(panel, []).append(plates[name])
-    lines = [_joined([_plate_ends(body) for body in group]) for group in groups.values()]
+    if not groups:
+        return []
+    ends = _plate_ends([body for group in groups.values() for body in group])
+    lines = [_joined(part) for part in np.split(ends, np.cumsum([len(group) for group in groups.values()])[:-1])]
     names, near = list(groups), _neighbours(lines)
     return [
         Outline(
@@ -237,22 +239,23 @@ def axes_of(body: Body) -> Points:
     return quaternion_matrix(np.array(body.orientation) / np.linalg.norm(body.orientation))
 
 
-def _plate_ends(body: Body) -> Points:
-    axes = axes_of(body)
-    if abs(axes[1, 1]) < 1 - 1e-9:
-        raise CaseError(
-            Fault(f"scene.bodies.{body.name}", "is tilted out of the x-z plane; the preview shows planar scenes only")
-        )
-    assert body.plate is not None
-    half = axes[[0, 2], 0] * body.plate.length / 2
-    centre = np.array(body.position)[[0, 2]]
-    return np.array([centre - half, centre + half])
+def _plate_ends(bodies: Sequence[Body]) -> Points:
+    """Ends (n, 2, 2) of plates in side view, m."""
+    w, x, y, z = turned = np.array([body.orientation for body in bodies]).T
+    square = (turned * turned).sum(axis=0)
+    tilted = np.flatnonzero(np.abs(1.0 - 2.0 * (x * x + z * z) / square) < 1.0 - 1e-9)
+    if tilted.size:
+        path, text = f"scene.bodies.{bodies[tilted[0]].name}", "is tilted out of the x-z plane"
+        raise CaseError(Fault(path, f"{text}; the preview shows planar scenes only"))
+    half = np.array([body.plate.length / 2.0 for body in bodies if body.plate is not None]) / square
+    along = np.column_stack([half * (square - 2.0 * (y * y + z * z)), half * 2.0 * (x * z - w * y)])
+    centre = np.array([body.position for body in bodies])[:, ::2]
+    return np.stack([centre - along, centre + along], axis=1)
 
 
-def _joined(ends: list[Points]) -> Points:
-    """Plates in a row as one line through the centres of their joints."""
-    inner = [(a[1] + b[0]) / 2 for a, b in pairwise(ends)]
-    return np.array([ends[0][0], *inner, ends[-1][1]])
+def _joined(ends: Points) -> Points:
+    """Plates (n, 2, 2) in a row as one line through the centres of their joints."""
+    return np.concatenate([ends[:1, 0], (ends[:-1, 1] + ends[1:, 0]) / 2.0, ends[-1:, 1]])
 
 
 def _neighbours(lines: list[Points]) -> list[list[int]]:

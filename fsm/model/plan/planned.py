@@ -96,10 +96,6 @@ class Plan:
         return frozenset(found)
 
 
-_INTERVALS = 200
-"""Number of intervals between the records of a step whose spacing is not given."""
-
-
 def save_times(save: Save, program: Travel | None, end: float, start: float = 0.0) -> list[float]:
     """Times (s) at which a step saves states; its first and its last time are always included.
 
@@ -125,9 +121,9 @@ def save_times(save: Save, program: Travel | None, end: float, start: float = 0.
         count = record_count(end - start, save.interval, "save.interval")
         times = [start + k * save.interval for k in range(count + 1)]
     elif program is not None and way > 0.0:
-        times = [program.time_of(float(x)) for x in np.linspace(gone, gone + way, _INTERVALS + 1)[1:]]
+        times = [program.time_of(float(x)) for x in np.linspace(gone, gone + way, save.number + 1)[1:]]
     else:
-        times = [float(t) for t in np.linspace(start, end, _INTERVALS + 1)]
+        times = [float(t) for t in np.linspace(start, end, save.number + 1)]
     if program is not None:
         times = sorted({*times, *program.reversals()})
     times = [start, *(t for t in times if start < t <= end)]
