@@ -12,8 +12,8 @@ import pytest
 from fsm.api.case import load
 from fsm.builders.scene import build_scene
 from fsm.model.compile.compile_joined import compile_model
-from fsm.model.system.array_kernels import KERNELS
 from fsm.model.joined.system import JoinedSystem
+from fsm.model.system.array_kernels import KERNELS
 from fsm.solve.equations.linear import LinearSolver
 from fsm.solve.stepping import march as balances
 from fsm.solve.stepping.march import march
