@@ -90,7 +90,7 @@ def summary_of(
     if energy_balance.relative_drift > max(1e-3, round_off.part):
         residual = energy_balance.relative_error > 0.5 * energy_balance.relative_drift
         name = "energy balance residual" if residual else "numerical dissipation"
-        part = f"{name}: {energy_balance.relative_drift:.2g} of the reference energy, above 0.001"
+        part = f"{name}: {energy_balance.relative_drift:.3g} of the reference energy, above 0.001"
         found.append(f"{part}; {_remedy(analysis, statistics.method)}")
     listed = [event for event in events if event.kind != "vibration"]
     layout = solution.layout

@@ -49,17 +49,22 @@ def add_damping(damping: np.ndarray, per_second: float, matrix: np.ndarray) -> N
 
 
 @kernel
-def largest_force_along(matrix: np.ndarray, pattern: Pattern, span: np.ndarray, force_scale: np.ndarray) -> float:
-    """See `StaticCalls.largest_force`."""
+def largest_force_along(
+    matrix: np.ndarray, pattern: Pattern, span: np.ndarray, force_scale: np.ndarray, held: np.ndarray
+) -> float:
+    """See `StaticCalls.largest_force`; the last rows have a 1 in `held` if they are held and do not count."""
     largest = 0.0
     size = matrix.shape[1]
+    free = (pattern.rows.shape[0] - 1) * size - held.shape[0]
     for row in range(pattern.rows.shape[0] - 1):
         for block in range(pattern.rows[row], pattern.rows[row + 1]):
             if is_zero(matrix[block]):
                 continue
             first = pattern.columns[block] * size
             for i in range(size):
-                force = 0.0
+                force, number = 0.0, row * size + i - free
+                if number >= 0 and held[number] == 1:
+                    continue
                 for j in range(size):
                     force = max(force, abs(matrix[block, i, j]) * span[first + j])
                 largest = max(largest, force / force_scale[row * size + i])

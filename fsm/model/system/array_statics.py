@@ -86,7 +86,15 @@ def _factorise(model: Joined) -> bool:
 @kernel
 def _largest_force(model: Joined, span: np.ndarray, force_scale: np.ndarray) -> float:
     own = matrices_of(model)
-    return largest_force_along(own.matrix, own.pattern, span, force_scale)
+    return largest_force_along(own.matrix, own.pattern, span, force_scale, _held_coordinates(model.nodes, model))
+
+
+@kernel
+def _held_coordinates(nodes: Coordinates | None, model: Joined) -> np.ndarray:
+    """1 for held coordinates of nodes, else 0."""
+    if nodes is None:
+        return integers_1d(model.bodies.table, FREE)[:0]
+    return integers_2d(nodes.table, FIXED).reshape(-1)
 
 
 @kernel
