@@ -366,8 +366,8 @@ FACETS = (
     Mutant(
         "efforts of flexible facets not advanced",
         "fsm/model/nodes/facets/facet.py",
-        "strains[0, edge] += _simpson(p) * _dot(slopes[edge, p], moved)",
-        "strains[0, edge] += 0.0 * _dot(slopes[edge, p], moved)",
+        "total += _simpson(p) * _dot(slopes[k, p], rising[k, p])",
+        "total += 0.0 * _dot(slopes[k, p], rising[k, p])",
         unit_test("facets", "test_efforts_of_the_mixed_newton_method"),
     ),
     Mutant(
