@@ -103,12 +103,13 @@ class PathRecorder:
 
     def follow(
         self, path: Path, rows: np.ndarray, observation: Callable[[np.ndarray], Observation], last: np.ndarray,
-        pivots: int | None,
+        pivots: int | None, memory: np.ndarray | None = None,
     ) -> None:  # fmt: skip
         """Record the steps of a path (`fsm.solve.stepping.path`); the caller must call `finish_step` next.
 
         `observation` is the function of several records, `last` the last configuration. `pivots`: number of negative pivots
-        of the stiffness at rest in each state, if known.
+        of the stiffness at rest in each state, if known. `memory`: `element_memory` before the first step, if a kernel has
+        taken them.
         """
         curve, drives = self.statistics.points, len(self.last.drive.travel)
         forces, pairs = DRIVES + drives, DRIVES + 2 * drives
@@ -133,7 +134,13 @@ class PathRecorder:
         energies_of_pairs = dissipated + pair_energies[chosen]
         sums = balance[DISSIPATED], balance[WORK], balance[ERROR], energies_of_pairs
         found = SavedState(*own, *sums, before, negative_pivots=self._pivots, numerical=balance[LOST])
-        self._keep(found, len(saved))
+        if saved and memory is not None and self.system.replays:
+            passed = slice(saved[-1] + 1)
+            for number in self.system.replayed(memory, rows[passed, AT], states[passed]):
+                if number in saved:
+                    self._keep(as_rows(row_of(found, saved.index(number))), 1)
+        else:
+            self._keep(found, len(saved))
         self.energy_balance.set_numbers(balances[-1])
         self.energy_balance.pair_energy = energies_of_pairs[-1]
         self.time, self.q, self.u, self.last = float(times[-1]), last, own[2][-1], row_of(own[3], -1)
