@@ -210,7 +210,7 @@ class System(Protocol):
         """Numbers of the states (n, nq) that a kernel has passed at times (n,), s. At each, elements have the memory of that
         state, and after the last one their present memory. `memory` is `element_memory` before the first state.
         """
-        raise NotImplementedError
+        yield from range(len(times))
 
     def memory_in_place(self) -> Sequence[np.ndarray] | None:
         """Arrays that make up `memory` in order, which kernels change in place; None if there is other memory."""
