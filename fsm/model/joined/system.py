@@ -8,7 +8,6 @@ loads act on it as on any body. The body's wrenches and tangents go to the nodal
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -373,14 +372,20 @@ class JoinedSystem(JoinedConfiguration):
         self.elements.restore(memory[size:last])
         super().restore(memory[last:])
 
-    def replayed(self, memory: np.ndarray, times: np.ndarray, states: np.ndarray) -> Iterator[int]:
+    def replayed(self, memory: np.ndarray, times: np.ndarray, states: np.ndarray) -> np.ndarray:
         """See `System`: fold angles beyond half a turn, and sliders of creases."""
-        first, latest = self._near.size, self.elements.memory()
-        self.elements.restore(memory[first : first + len(latest)])
-        for number, (t, q) in enumerate(zip(times.tolist(), states, strict=True)):
+        present, found = self.element_memory(), []
+        self.recall(memory)
+        for t, q in zip(times.tolist(), states, strict=True):
             self.elements.commit(t, q[self._nq :], np.zeros(self.elements.nu))
-            yield number
-        self.elements.restore(latest)
+            found.append(self.element_memory())
+        self.recall(present)
+        return np.array(found)
+
+    def recall(self, memory: np.ndarray) -> None:
+        """See `System`."""
+        first = self._near.size
+        self.elements.restore(memory[first : first + self.elements.remembered])
 
     # arrays ---------------------------------------------------------------------------------------------------------
 

@@ -206,11 +206,21 @@ class System(Protocol):
         """
         return
 
-    def replayed(self, memory: np.ndarray, times: np.ndarray, states: np.ndarray) -> Iterator[int]:
-        """Numbers of the states (n, nq) that a kernel has passed at times (n,), s. At each, elements have the memory of that
-        state, and after the last one their present memory. `memory` is `element_memory` before the first state.
-        """
-        yield from range(len(times))
+    def replayed(self, memory: np.ndarray, times: np.ndarray, states: np.ndarray) -> np.ndarray:
+        """`element_memory` (n, m) at states (n, nq) that a kernel has passed, at times (n,), s; `memory` is the one before."""
+        return np.tile(memory, (len(times), 1))
+
+    def recall(self, memory: np.ndarray) -> None:
+        """Set what `replayed` finds to a row of it; by default nothing."""
+        return
+
+    def in_turn(self, memories: np.ndarray) -> Iterator[int]:
+        """Numbers of rows of `replayed`; elements have the memory of each in turn, and at the end their present one."""
+        present = self.element_memory()
+        for number, memory in enumerate(memories):
+            self.recall(memory)
+            yield number
+        self.recall(present)
 
     def memory_in_place(self) -> Sequence[np.ndarray] | None:
         """Arrays that make up `memory` in order, which kernels change in place; None if there is other memory."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -135,12 +136,8 @@ class PathRecorder:
         sums = balance[DISSIPATED], balance[WORK], balance[ERROR], energies_of_pairs
         found = SavedState(*own, *sums, before, negative_pivots=self._pivots, numerical=balance[LOST])
         if saved and memory is not None and self.system.replays:
-            passed = slice(saved[-1] + 1)
-            for number in self.system.replayed(memory, rows[passed, AT], states[passed]):
-                if number in saved:
-                    self._keep(as_rows(row_of(found, saved.index(number))), 1)
-        else:
-            self._keep(found, len(saved))
+            found = replace(found, element_memory=self.system.replayed(memory, rows[:, AT], states)[chosen])
+        self._keep(found, len(saved))
         self.energy_balance.set_numbers(balances[-1])
         self.energy_balance.pair_energy = energies_of_pairs[-1]
         self.time, self.q, self.u, self.last = float(times[-1]), last, own[2][-1], row_of(own[3], -1)
@@ -156,7 +153,8 @@ class PathRecorder:
             return
         self._saved = float(found.time[count - 1])
         if not self.request.several:
-            for number in range(count):
+            memories = found.element_memory
+            for number in range(count) if memories is None else self.system.in_turn(memories[:count]):
                 self.request.on_save(row_of(found, number))
         else:
             self.request.on_save(mapped(found, lambda value: value[:count]))
