@@ -207,7 +207,9 @@ class System(Protocol):
         return
 
     def replayed(self, memory: np.ndarray, times: np.ndarray, states: np.ndarray) -> np.ndarray:
-        """`element_memory` (n, m) at states (n, nq) that a kernel has passed, at times (n,), s; `memory` is the one before."""
+        """`element_memory` (n, m) at states (n, nq) that a kernel has passed at times (n,), s; `memory` is the one before
+        them.
+        """
         return np.tile(memory, (len(times), 1))
 
     def recall(self, memory: np.ndarray) -> None:
