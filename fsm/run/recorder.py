@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
@@ -423,8 +423,13 @@ class RecordedSolve:
             return np.full(len(times), saved.negative_pivots)
         if not self.judges:
             return np.zeros(len(times), dtype=np.int64)
-        states = zip(times.tolist(), saved.q, strict=True)
-        return [self.analysis.negative_pivots(self.current, t, q) for t, q in states]
+        numbers = self._in_turn(saved)
+        return [self.analysis.negative_pivots(self.current, float(times[k]), saved.q[k]) for k in numbers]
+
+    def _in_turn(self, saved: SavedState) -> Iterable[int]:
+        """Numbers of several states; elements have the memory of each in turn."""
+        memories = saved.element_memory
+        return range(len(saved.q)) if memories is None else self.current.in_turn(memories)
 
     def _without_false_motion(self, saved: SavedState) -> SavedState:
         """States, those of a path whose drives rest without kinetic energy: the time of a path in load is no time of a
@@ -446,8 +451,8 @@ class RecordedSolve:
         nothing: Any = ()
         rows = replace(saved, observed=nothing)  # few channels need an observation
         states = (
-            replace(row_of(rows, k), time=t, observed=partial(row_of, saved.observation, k))
-            for k, t in enumerate(times.tolist())
+            replace(row_of(rows, k), time=float(times[k]), observed=partial(row_of, saved.observation, k))
+            for k in self._in_turn(saved)
         )
         found = [self.channels.values(self.current, state) for state in states]
         return {info.name: [values[info.name] for values in found] for info in self.channels.infos}
@@ -470,17 +475,19 @@ class RecordedSolve:
             **{f"pair_{name}": each for name, each in vars(observed.pairs).items()},
             "pair_friction_energy": saved.pair_energy[:, 0], "pair_damping_energy": saved.pair_energy[:, 1],
             "shape": self.current.shapes(times, saved.q), "negative_pivots": self._negative_pivots(saved, times),
-            "step": np.full(count, self.number + 1), "program_time": times, "memory": np.tile(self._memory(), (count, 1)),
+            "step": np.full(count, self.number + 1), "program_time": times, "memory": self._memory(saved),
         }  # fmt: skip
         writer.extend(stacked(values, energy, self._channel_values(saved, times)))
         self.records += count
 
-    def _memory(self) -> np.ndarray:
-        """Internal variables of the elements, in an array as long as that of the system of all steps."""
-        memory = self.current.element_memory()
+    def _memory(self, saved: SavedState) -> np.ndarray:
+        """Internal variables of the elements at several states, in rows as long as those of the system of all steps."""
+        memory = saved.element_memory
+        if memory is None:
+            memory = np.tile(self.current.element_memory(), (len(saved.q), 1))
         if self.current is self.analysis.system:
             return memory
-        return np.concatenate([memory, np.zeros(len(self.analysis.system.element_memory()) - len(memory))])
+        return np.pad(memory, ((0, 0), (0, len(self.analysis.system.element_memory()) - memory.shape[1])))
 
     def _step(self, writer: Records, bar: Progress, energy_balance: EnergyBalance, end: AcceptedStep) -> None:
         self.latest = end

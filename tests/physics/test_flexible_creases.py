@@ -97,6 +97,57 @@ def test_a_crease_folds_to_300_degrees_and_back(sign: float, tmp_path: Path) -> 
     assert solution.energy["creases"].max() == pytest.approx(0.5 * largest**2, rel=1e-5)
 
 
+def turned_bars(largest: float, tables: int, changes: dict[str, Any]) -> dict[str, Any]:
+    """Two plates of bars with a crease; one is held, and a force that rotates by an angle (rad) and back folds the other."""
+    times = np.linspace(0.0, 2.0, tables)
+    angle = largest * (1.0 - np.abs(times - 1.0))
+    parts = ([20.0, 0.0, 0.0], np.cos(angle)), ([0.0, 0.0, 20.0], np.sin(angle))
+    case = turned(0.0) | {
+        "load": [
+            {"at": "edge right", "force": force, "time": {"kind": "table", "time": times.tolist(), "value": factor.tolist()}}
+            for force, factor in parts
+        ],
+        "save": {"interval": 0.125, "channels": ["crease.1.*"]},
+    }  # fmt: skip
+    del case["sheet"]["mesh_size"]
+    case["sheet"] |= {"facets": "bars", "bars": {"young": 1e9}, "bend_stiffness_per_length": 1e4}
+    return case | changes
+
+
+def test_saved_creases_of_bars_have_their_own_turns(tmp_path: Path) -> None:
+    """A kernel that passes several saved states turns the crease by more than half a turn; the energy is that of the angle
+    in each."""
+    solve = {"method": "static", "end_time": 2.0, "max_step": 0.25, "rtol": 1e-2}
+    case = turned_bars(math.radians(300.0), 21, {"solve": solve})
+    result = fsm.load(case, folder=tmp_path).run(tmp_path / "out", figures=False)
+    solution = read_solution(tmp_path / "out" / "result.h5")
+    angle, stored = solution.channels["crease.1.angle"].values, solution.energy["creases"]
+    assert np.abs(angle).max() > math.radians(280.0)
+    np.testing.assert_allclose(0.5 * angle**2, stored, atol=1e-9 * stored.max())
+    for record, energy in enumerate(stored):
+        found = result.system(record)
+        potential = found.system.energy(found.time, found.q, None).potential
+        assert potential["creases"] == pytest.approx(energy, rel=1e-9, abs=1e-12)
+
+
+def test_saved_creases_of_bars_have_their_own_hysteresis(tmp_path: Path) -> None:
+    """The moment of every saved state is on the branch of its time: 0.3 N m apart as the crease opens and closes."""
+    curve = np.linspace(-6.0, 6.0, 13)
+    crease = {
+        "law": "spline", "angle": curve.tolist(), "moment": curve.tolist(), "unloading": (curve - 0.3).tolist(),
+        "reversal": 0.2, "width": 1.0,
+    }  # fmt: skip
+    case = turned_bars(math.radians(250.0), 201, {"crease": crease})
+    del case["sheet"]["crease"]
+    case["sheet"]["fold_angle"] = 0.1
+    fsm.load(case, folder=tmp_path).run(tmp_path / "out", figures=False)
+    solution = read_solution(tmp_path / "out" / "result.h5")
+    angle, moment = (solution.channels[f"crease.1.{name}"].values for name in ("angle", "moment"))
+    friction = moment - angle
+    np.testing.assert_allclose(friction[(solution.time > 0.1) & (solution.time < 1.01)], friction[1], atol=1e-6)
+    np.testing.assert_allclose(friction[(solution.time > 1.1) & (solution.time < 1.9)], friction[1] + 0.3, atol=1e-6)
+
+
 def test_springs_of_bars_turn_beyond_half_a_turn(tmp_path: Path) -> None:
     """A spring with the rest angle 300 degrees rotates a triangle from flat to this angle, with dampers; its energy is
     dissipated."""

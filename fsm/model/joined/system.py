@@ -70,9 +70,8 @@ class JoinedSystem(JoinedConfiguration):
         super().__init__(bodies, motions, groups, pair_names, nodes)
         faces, chambers = self.faces, self.chambers
         self.pressures = tuple(pressure_of(load, faces) for load in pressures if faces is not None)
-        # creases of flexible facets may turn by more than half a turn between two saved states
-        folded = any(isinstance(group, FacetGroup) for group in self.elements.mesh.groups) and self.elements.remembered > 0
-        self.remembers = self.remembers or chambers is not None or folded
+        self.remembers = self.remembers or chambers is not None
+        self.replays = not self.remembers and self.elements.remembered > 0
         self._pressing: tuple[ElementGroup, ...] = (*self.pressures, *([] if chambers is None else [chambers]))
         self.elements = self.elements.under(self._pressing)
         self._array_near = self._near
@@ -372,6 +371,21 @@ class JoinedSystem(JoinedConfiguration):
         last = size + self.elements.remembered
         self.elements.restore(memory[size:last])
         super().restore(memory[last:])
+
+    def replayed(self, memory: np.ndarray, times: np.ndarray, states: np.ndarray) -> np.ndarray:
+        """See `System`: fold angles beyond half a turn, and sliders of creases."""
+        present, found = self.element_memory(), []
+        self.recall(memory)
+        for t, q in zip(times.tolist(), states, strict=True):
+            self.elements.commit(t, q[self._nq :], np.zeros(self.elements.nu))
+            found.append(self.element_memory())
+        self.recall(present)
+        return np.array(found)
+
+    def recall(self, memory: np.ndarray) -> None:
+        """See `System`."""
+        first = self._near.size
+        self.elements.restore(memory[first : first + self.elements.remembered])
 
     # arrays ---------------------------------------------------------------------------------------------------------
 

@@ -8,7 +8,7 @@ velocity u holds velocities in inertial axes and angular rates in body axes. Inc
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -48,7 +48,9 @@ class System(Protocol):
     fixed_pattern: bool
     """Whether the pattern of K and D is constant, because no bodies can come into contact."""
     remembers: bool = False
-    """Whether elements have a memory, which channels read."""
+    """Whether elements have a memory, which channels read: a kernel stops at each saved state."""
+    replays: bool = False
+    """Whether this memory follows from the states alone: `replayed` finds it again, and a kernel need not stop."""
     of_vectors: bool
     """Whether coordinates are slopes, not angles: a straight path between two states strains the elements."""
 
@@ -203,6 +205,24 @@ class System(Protocol):
         `element_memory` is accepted too; the memory of contacts is then empty.
         """
         return
+
+    def replayed(self, memory: np.ndarray, times: np.ndarray, states: np.ndarray) -> np.ndarray:
+        """`element_memory` (n, m) at states (n, nq) that a kernel has passed at times (n,), s; `memory` is the one before
+        them.
+        """
+        return np.tile(memory, (len(times), 1))
+
+    def recall(self, memory: np.ndarray) -> None:
+        """Set what `replayed` finds to a row of it; by default nothing."""
+        return
+
+    def in_turn(self, memories: np.ndarray) -> Iterator[int]:
+        """Numbers of rows of `replayed`; elements have the memory of each in turn, and at the end their present one."""
+        present = self.element_memory()
+        for number, memory in enumerate(memories):
+            self.recall(memory)
+            yield number
+        self.recall(present)
 
     def memory_in_place(self) -> Sequence[np.ndarray] | None:
         """Arrays that make up `memory` in order, which kernels change in place; None if there is other memory."""

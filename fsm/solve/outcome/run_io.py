@@ -34,6 +34,7 @@ class SavedState(ShortRepr):
     solver has counted them. `final`: the solve ends at this state, before the requested end. `memory`: internal variables of
     a state that the solver has passed already; the system has later ones, so the receiver restores them. Numbers and arrays
     of several states have a first axis, see `OutputRequest.several`. `numerical` is the numerical dissipation so far, J.
+    `element_memory`: that of several states which a kernel has passed, for `System.in_turn`.
     """
 
     time: Number
@@ -51,6 +52,7 @@ class SavedState(ShortRepr):
     final: bool = False
     memory: np.ndarray | None = None
     numerical: Number = 0.0
+    element_memory: np.ndarray | None = None
 
     @cached_property
     def observation(self) -> Observation:

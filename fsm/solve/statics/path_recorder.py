@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -103,12 +104,13 @@ class PathRecorder:
 
     def follow(
         self, path: Path, rows: np.ndarray, observation: Callable[[np.ndarray], Observation], last: np.ndarray,
-        pivots: int | None,
+        pivots: int | None, memory: np.ndarray | None = None,
     ) -> None:  # fmt: skip
         """Record the steps of a path (`fsm.solve.stepping.path`); the caller must call `finish_step` next.
 
         `observation` is the function of several records, `last` the last configuration. `pivots`: number of negative pivots
-        of the stiffness at rest in each state, if known.
+        of the stiffness at rest in each state, if known. `memory`: `element_memory` before the first step, if a kernel has
+        taken them.
         """
         curve, drives = self.statistics.points, len(self.last.drive.travel)
         forces, pairs = DRIVES + drives, DRIVES + 2 * drives
@@ -133,6 +135,8 @@ class PathRecorder:
         energies_of_pairs = dissipated + pair_energies[chosen]
         sums = balance[DISSIPATED], balance[WORK], balance[ERROR], energies_of_pairs
         found = SavedState(*own, *sums, before, negative_pivots=self._pivots, numerical=balance[LOST])
+        if saved and memory is not None and self.system.replays:
+            found = replace(found, element_memory=self.system.replayed(memory, rows[:, AT], states)[chosen])
         self._keep(found, len(saved))
         self.energy_balance.set_numbers(balances[-1])
         self.energy_balance.pair_energy = energies_of_pairs[-1]
@@ -149,7 +153,8 @@ class PathRecorder:
             return
         self._saved = float(found.time[count - 1])
         if not self.request.several:
-            for number in range(count):
+            memories = found.element_memory
+            for number in range(count) if memories is None else self.system.in_turn(memories[:count]):
                 self.request.on_save(row_of(found, number))
         else:
             self.request.on_save(mapped(found, lambda value: value[:count]))

@@ -170,7 +170,7 @@ class PathSteps:
     def _march_arrays(self, arrays: StaticArrays, most: int) -> bool:
         """Take at most `most` steps in one kernel; return whether it took any."""
         path, recorder, judged = self.path, self.recorder, False
-        rows, outcome = path.rows(most), stepping.LACKS
+        rows, outcome, memory = path.rows(most), stepping.LACKS, self.system.element_memory()
         self._begin()
         for _ in range(_PATTERNS):
             if self._doubtful:
@@ -193,7 +193,8 @@ class PathSteps:
             q = path.q.copy()
             arrays.followed(q)
             stable = 0 if self.system.rate_dependent else None
-            self._take(rows[:taken], arrays.observation, q, self.model.pivots if judged and taken == 1 else stable)
+            pivots = self.model.pivots if judged and taken == 1 else stable
+            self._take(rows[:taken], arrays.observation, q, pivots, memory)
         self._end()
         if taken:
             self._finish(may_renew=True)
@@ -248,12 +249,13 @@ class PathSteps:
         counts[stepping.STEPS : stepping.LAST_ITERATIONS] = 0
 
     def _take(
-        self, rows: np.ndarray, observation: Callable[[np.ndarray], Observation], q: np.ndarray, pivots: int | None
-    ) -> None:
+        self, rows: np.ndarray, observation: Callable[[np.ndarray], Observation], q: np.ndarray, pivots: int | None,
+        memory: np.ndarray | None = None,
+    ) -> None:  # fmt: skip
         """Record the steps of the path; arguments as in `PathRecorder.follow`."""
         recorder, unstable = self.recorder, bool(rows[-1, stepping.MOVING_ON])
         lost = self.lost or mark(recorder)
-        recorder.follow(self.path, rows, observation, q, pivots)
+        recorder.follow(self.path, rows, observation, q, pivots, memory)
         if self.lost is not None and not unstable:
             self._note("damped snap", self.lost)
         self.lost = lost if unstable else None
