@@ -8,11 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from scipy.integrate import quad, solve_ivp
 from scipy.spatial.transform import Rotation
 
 import fsm
 from fsm.builders.scene import build_scene
+from fsm.cli.command_line import cli
 from fsm.errors import CaseError
 
 _L, _W, _T, _GAP, _MASS = 0.8, 1.5, 0.02, 0.05, 3.0
@@ -245,3 +247,14 @@ def test_a_wing_hangs_on_a_body_of_the_scene(tmp_path: Path) -> None:
     centre = sum(mass * np.asarray(result[f"body.{name}.position"].values) for mass, name in parts)
     assert np.abs(centre - centre[0]).max() < 1e-9
     assert np.ptp(np.asarray(result["body.satellite.position"].values), axis=0).max() > 0.01
+
+
+def test_impulses_of_latches_that_close_together(tmp_path: Path) -> None:
+    """A cable turns hinges by twice the angle of the root: so do the impulses compare, whichever joint ends the step."""
+    assert CliRunner().invoke(cli, ["init", "wing", str(tmp_path / "wing.toml")]).exit_code == 0
+    case = fsm.load(tmp_path / "wing.toml").set({"wing.hinge.spring.stiffness": 0.116, "solve.end_time": 6.6})
+    for tolerance in (1e-6, 1e-8):
+        events = case.set({"solve.rtol": tolerance}).run(figures=False).summary["joint_events"]
+        impulse = {event["joint"]: event["impulse"] for event in events if event["what"] == "latch closes"}
+        assert [impulse[f"hinge {k}"] for k in range(1, 5)] == pytest.approx([2.0 * impulse["root"]] * 4, rel=1e-3)
+        assert impulse["root"] == pytest.approx(0.0545, rel=3e-3)

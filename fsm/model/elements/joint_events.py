@@ -78,13 +78,33 @@ def _follow(own: np.ndarray, number: int, effort: float, impulse: float, touchin
 
 
 @kernel
+def _impulse(own: np.ndarray, i: int, c: float, rate: float, step: float, part: float) -> float:
+    """Integral of the effort of stop and latch over the last part of a step, by Lobatto's rule with five points of the cubic
+    between both states.
+    """
+    memory, m = floats_1d(own, laws.KEPT), integers_1d(own, laws.KINDS).shape[0]
+    c_before = memory[laws.COORDINATE * m + i]
+    begins, ends, way = step * memory[laws.RATE * m + i], step * rate, c - c_before
+    two, three, total = 3.0 * way - 2.0 * begins - ends, begins + ends - 2.0 * way, 0.0
+    for k in range(-2, 3):
+        x = 1.0 - part * (0.5 - (0.25 * k if abs(k) == 2 else k * _LOBATTO))
+        between, faster = c_before + x * (begins + x * (two + x * three)), begins + x * (2.0 * two + 3.0 * x * three)
+        effort = memory[laws.BEFORE * m + i]
+        if k > -2 or part < 1.0:  # an event in the step begins at its limit
+            start = c_before if part == 1.0 else between
+            effort = laws.stops_after(own, i, start, between, faster / step, False)[0]
+        total += (0.05 if abs(k) == 2 else 16.0 / 45.0 if k == 0 else 49.0 / 180.0) * effort
+    return abs(total) * part * step
+
+
+@kernel
 def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> float:
     """Close and open the latch of a coordinate, and note events of latch and stop, at the end of a step; returns the energy
     of a latch that opens, J.
     """
     law, memory, m = floats_2d(own, laws.LAWS)[i], floats_1d(own, laws.KEPT), integers_1d(own, laws.KINDS).shape[0]
-    before, c_before, impact = memory[laws.BEFORE * m + i], memory[laws.COORDINATE * m + i], memory[laws.IMPACT * m + i]
-    step = t - memory[laws.TIME * m + i]
+    c_before, impact = memory[laws.COORDINATE * m + i], memory[laws.IMPACT * m + i]
+    step, hit, closed = t - memory[laws.TIME * m + i], 1.0, 1.0  # parts of the step after the events
     memory[laws.TIME * m + i] = t
     if law[laws.STOP] == 0.0 and law[laws.LATCH] == 0.0:
         return 0.0
@@ -97,7 +117,7 @@ def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> flo
             # a stop at the same place has changed the rate of a light edge at once
             if past <= near or laws.stops(own, i, c, rate)[0] == 0.0:
                 speed += (1.0 - back) * (rate - speed)
-            memory[laws.LATCHED * m + i] = 1.0
+            memory[laws.LATCHED * m + i], closed = 1.0, back
             memory[laws.IN_LATCH * m + i] = _add(own, LATCHES, i, t - back * step, speed, law[laws.LATCH_AT])
     effort = laws.stops_after(own, i, c, c, rate, False)[0]
     outside = c < law[laws.LOWER] or c > law[laws.UPPER]
@@ -110,18 +130,13 @@ def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> flo
         # a coordinate that rests on a stop, as at the start, does not hit it
         rests = abs(impact) < law[laws.SLOWEST] and sign * (c_before - limit) >= -NEAR * max(1.0, abs(limit))
         memory[laws.IN_STOP * m + i] = -1.0 if rests else _add(own, HITS, i, t - back * step, sign * impact, limit)
-    touching, impulse = effort != 0.0, 0.0
-    if step > 0.0:  # Lobatto's rule with five points of the cubic between both states
-        begins, ends, way = step * memory[laws.RATE * m + i], step * rate, c - c_before
-        two, three = 3.0 * way - 2.0 * begins - ends, begins + ends - 2.0 * way
-        total = 0.05 * (before + laws.stops(own, i, c, rate)[0])
-        for k in range(-1, 2):
-            x = 0.5 + k * _LOBATTO
-            between, faster = x * (begins + x * (two + x * three)), begins + x * (2.0 * two + 3.0 * x * three)
-            total += (16.0 / 45.0 if k == 0 else 49.0 / 180.0) * laws.stops(own, i, c_before + between, faster / step)[0]
-        impulse = abs(total) * step
+        hit = back
+    # where a damped stop or latch no longer pushes, the effort is that of a depth of NEAR
+    least = 2.0 * NEAR * max(1.0, abs(c)) * (law[laws.STOP] + law[laws.LATCH])
     for which in (laws.IN_STOP, laws.IN_LATCH):
-        _follow(own, int(memory[which * m + i]), effort, impulse, touching)
+        number, part = int(memory[which * m + i]), hit if which == laws.IN_STOP else closed
+        impulse = _impulse(own, i, c, rate, step, part) if number > 0 and step > 0.0 else 0.0
+        _follow(own, number, effort, impulse, part < 1.0 or abs(effort) > least)
     if not outside:
         memory[laws.IN_STOP * m + i] = 0.0
     opened = laws.released(own, i, c, rate)
