@@ -446,8 +446,8 @@ JOINTS = (
     Mutant(
         "latches that never close",
         "fsm/model/elements/joint_events.py",
-        "memory[laws.LATCHED * m + i] = 1.0",
-        "memory[laws.LATCHED * m + i] = 0.0",
+        "memory[laws.LATCHED * m + i], closed = 1.0, back",
+        "memory[laws.LATCHED * m + i], closed = 0.0, back",
         physics_test("ideal_joints", "test_a_latch_holds_a_block_between_itself_and_the_stop"),
     ),
     Mutant(
