@@ -211,10 +211,12 @@ def pointers(kernels: T, arguments: T) -> T:
 
 
 def pointers_to(wanted: Sequence[tuple[Any, ...]]) -> list[Any]:
-    """Pointers to kernels, each given with examples of its arguments.
+    """Pointers to kernels, each given with examples of its arguments; without the compiler the kernels themselves.
 
     Kernels that another process compiles now come last, so that two processes seldom wait for each other.
     """
+    if numba.config.DISABLE_JIT:
+        return [function for function, *_ in wanted]
     typed = [(function, _kinds(arguments)) for function, *arguments in wanted]
     found: list[Any] = [None] * len(typed)
     left = [*range(len(typed))][:: -1 if _backwards else 1]
