@@ -155,7 +155,7 @@ def close_openings(model: Joined, t: float, q: np.ndarray, u: np.ndarray, inside
         _place(model, t, q, u)
         _measure_and_factorise(model, t)  # with the old factors, r times the square of the rotation limits convergence
     before, largest = np.inf, 0.0
-    for _ in range(1 if inside else MOST):
+    for _ in range(MOST):
         force[:] = 0.0
         error = project(bodies, t, rows.AT_RATES)
         if not EXACT * largest < error < STALLED * before:
@@ -238,7 +238,7 @@ def consistent(model: Joined, t: float, q: np.ndarray, u: np.ndarray, rate: np.n
     if not lock_bodies(model.bodies, 0.0):
         return False
     few = inside and floats_1d(model.bodies.table, rows.INTERVAL)[rows.LOOPS] == 0.0 and model.table.shape[0] == 0
-    close_openings(model, t, q, u, few)
+    close_openings(model, t, q, u, inside and model.table.shape[0] == 0)
     sum_forces(model, t, 0.0, 1.0)
     return bool(find_multipliers(model, t, rate, _forces_on_nodes(model.nodes, model, q), few))
 
