@@ -21,14 +21,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fsm.kernels.addresses import floats_1d
 from fsm.kernels.jit import kernel, shared
 from fsm.kernels.pointers import borrowed
 from fsm.kernels.rotation import increments_of_rates
 from fsm.kernels.vector import mean_ratio
 from fsm.solve.stepping import generalized_alpha as alpha
 from fsm.solve.stepping import model as calls
-from fsm.solve.stepping.explicit_events import SMALLEST, end_at_event, energy_up_to
+from fsm.solve.stepping.explicit_events import (
+    NOTHING,
+    SMALLEST,
+    Through,
+    end_at_event,
+    energy_up_to,
+    keep_between,
+    keep_state,
+)
 from fsm.solve.stepping.explicit_stages import (
     COORDINATES,
     SPEEDS,
@@ -57,13 +64,21 @@ _WANTED = _SAFETY**_ORDER
 """Error of a step over the tolerance, which the size of the next step aims at."""
 _LEAST_ERROR = 1e-4
 """Least error of the last step that counts."""
-_REPEATED = 1e-8
-"""Tolerance below which a step is repeated up to its event, because the order of the interpolation is lower."""
+REPEATED = 1e-8
+"""Tolerance below which steps end at saved states, and a step is repeated up to its event, because the order of the
+interpolation is lower."""
+
+
+def take_one_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: float) -> int:
+    """Take one step that ends at `until` or before, in Python, and return the outcome."""
+    return take_step(model, motion, rules, until, NOTHING.times, NOTHING)
 
 
 @shared
-def take_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: float) -> int:
-    """Take one step that ends at `until` or before, and return the outcome."""
+def take_step(
+    model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: float, balance: np.ndarray, through: Through
+) -> int:
+    """Take one step that ends at `until` or before, keep the states that it passes, and return the outcome."""
     sizes, counts = motion.sizes, motion.counts
     t, target = sizes[alpha.TIME], until
     for b in rules.breaks:
@@ -104,7 +119,7 @@ def take_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: f
             if part < 1.0:
                 at, turns = end_at_event(model, motion, rules, end, h, part, y, v, q, u)
                 good = at >= 0.0
-                if at > 0.0 and rules.rtol < _REPEATED and most == math.inf:
+                if at > 0.0 and rules.rtol < REPEATED and most == math.inf:
                     part, at = at, 1.0
                 elif at > 0.0:
                     part, end = 1.0, t + at * h
@@ -118,12 +133,17 @@ def take_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: f
             sizes[alpha.STEP_SIZE] = h * (max(_SHRINK, _SAFETY * error ** (-1.0 / _ORDER)) if error < math.inf else _SHRINK)
         if min(most, sizes[alpha.STEP_SIZE]) < SMALLEST * max(abs(t), until - t):
             return OBJECTED if part < 1.0 else STEP_TOO_SMALL
+    kept = keep_between(model, motion, rules, balance, through, h, at, end)
+    if kept < 0:
+        return UNABLE if calls.unable(model) else NO_SOLUTION
     sizes[DONE], sizes[LOST] = energy_up_to(motion, rules, h, at, 0), energy_up_to(motion, rules, h, at, 1)
     if counts[SPEEDS] > 0:
         copy_into(y, motion.y[: counts[COORDINATES]])
         copy_into(v, motion.v[: counts[SPEEDS]])
     copy_into(q, motion.q)
     copy_into(u, motion.u)
+    if kept > 0:
+        calls.to_minimal(model, end, motion.q, motion.u, motion.y, motion.v)  # kept states have multipliers
     sizes[alpha.STEP_SIZE], sizes[alpha.TIME] = _following(sizes, h, error, grow), end
     counts[alpha.STEPS] += 1
     before = calls.stored(model, end, motion.q, motion.u, motion.record)[1] if at < 1.0 or part > 1.0 else 0.0
@@ -228,19 +248,27 @@ def _error(model: Any, motion: ExplicitMotion, rules: ExplicitRules, y: np.ndarr
     return float(fifth / math.sqrt(below * 2.0 * max(motion.u.shape[0], 1))) if below > 0.0 else 0.0
 
 
-@shared
 def march_explicit(
     model: Any, motion: ExplicitMotion, rules: ExplicitRules, balance: np.ndarray, until: float, most: int,
     records: np.ndarray,
 ) -> int:  # fmt: skip
-    """Take at most `most` steps up to `until`, with the energy balance, as `fsm.solve.stepping.march.march`."""
+    """Take at most `most` steps up to `until` in Python, with the energy balance, as `fsm.solve.stepping.march.march`."""
+    return _march(model, motion, rules, balance, until, most, records, NOTHING)
+
+
+@shared
+def _march(
+    model: Any, motion: ExplicitMotion, rules: ExplicitRules, balance: np.ndarray, until: float, most: int,
+    records: np.ndarray, through: Through,
+) -> int:  # fmt: skip
+    """The same, which keeps the states that the steps pass."""
     sizes, last = motion.sizes, records.shape[0] - 1
     _begin(model, motion)
     for number in range(most):
         begin, record = sizes[alpha.TIME], records[min(number, last)]
         if not begin < until:
             break
-        outcome = take_step(model, motion, rules, until)
+        outcome = take_step(model, motion, rules, until, balance, through)
         if outcome != STEPPED:
             return _end(model, motion, outcome)
         kinetic, potential, _, power, driven = calls.energies(model, sizes[alpha.TIME], motion.q, motion.u, 0.0, record)
@@ -249,58 +277,26 @@ def march_explicit(
     return _end(model, motion, STEPPED)
 
 
-class Through(NamedTuple):
-    """Times through which a march goes, and its states there.
-
-    Attributes
-    ----------
-    times : (s,) array, s
-    states : (n, k) array, n <= s
-        Rows of the first n times: first numbers of the record of the last step, balance, q, u, internal variables.
-    passed : (1,) int array
-        Number of states that are written.
-    memory : table of `fsm.kernels.addresses`
-        Arrays of the internal variables.
-    """
-
-    times: np.ndarray
-    states: np.ndarray
-    passed: np.ndarray
-    memory: np.ndarray
-
-
-@kernel
-def _keep_state(
-    motion: ExplicitMotion, balance: np.ndarray, record: np.ndarray, memory: np.ndarray, row: np.ndarray
-) -> None:
-    """Write a state of `Through`."""
-    at = calls.DRIVES
-    copy_into(record[:at], row[:at])
-    for part in (balance, motion.q, motion.u):
-        copy_into(part, row[at : at + part.shape[0]])
-        at += part.shape[0]
-    for i in range(memory.shape[0]):
-        part = floats_1d(memory, i)
-        copy_into(part, row[at : at + part.shape[0]])
-        at += part.shape[0]
-
-
 @shared
 def _march_through(
     model: Any, motion: ExplicitMotion, rules: ExplicitRules, balance: np.ndarray, through: Through, most: int,
     records: np.ndarray,
 ) -> int:  # fmt: skip
-    """Take at most `most` steps through given times, as `march_explicit`, and write the states there."""
-    begun = motion.counts[alpha.STEPS]
-    for number in range(through.times.shape[0]):
-        t, left = through.times[number], most - (motion.counts[alpha.STEPS] - begun)
-        outcome = march_explicit(model, motion, rules, balance, t, left, records)
+    """Take at most `most` steps up to the last of given times, and keep the states at all of them. Steps pass the others,
+    and their states are interpolated; at a small tolerance the steps end there.
+    """
+    begun, times, passed = motion.counts[alpha.STEPS], through.times, through.passed
+    while True:
+        t, left = times[-1], most - (motion.counts[alpha.STEPS] - begun)
+        if rules.rtol < REPEATED:
+            t = times[passed[0]]
+        outcome = _march(model, motion, rules, balance, t, left, records, through)
         if outcome != STEPPED or motion.sizes[alpha.TIME] < t:
             return outcome
-        if number < through.states.shape[0]:
-            _keep_state(motion, balance, records[0], through.memory, through.states[number])
-            through.passed[0] = number + 1
-    return STEPPED
+        if through.states.shape[0] > 0:
+            keep_state(balance, motion.q, motion.u, records[0], through)
+        if t == times[-1]:
+            return STEPPED
 
 
 @kernel

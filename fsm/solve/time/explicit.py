@@ -15,7 +15,7 @@ from fsm.kernels.pointers import enter
 from fsm.solve.interface.records import Observation
 from fsm.solve.interface.system import System
 from fsm.solve.stepping import explicit
-from fsm.solve.stepping.explicit import Through
+from fsm.solve.stepping.explicit_events import Through
 from fsm.solve.stepping.explicit_stages import ExplicitMotion, ExplicitRules
 from fsm.solve.stepping.generalized_alpha import LONGEST, MAX_STEP, STARTED, STEP_SIZE
 from fsm.solve.stepping.march import BALANCE
@@ -67,7 +67,7 @@ class Explicit(StepMethod):
     observed : Observation of any state, for the numbers of drives and contact pairs; computed if absent
     """
 
-    one_step, in_python = staticmethod(explicit.take_step), staticmethod(explicit.march_explicit)
+    one_step, in_python = staticmethod(explicit.take_one_step), staticmethod(explicit.march_explicit)
     in_kernel = staticmethod(explicit.march_explicit_arrays)
     following = STEP_SIZE
     _through: Through | None = None
@@ -117,12 +117,13 @@ class Explicit(StepMethod):
             self.system.hold(False)
 
     def march_through(self, balance: np.ndarray, times: np.ndarray, most: int, memory: Sequence[np.ndarray]) -> None:
-        """Take at most `most` steps through given times in one kernel, and keep the states there; see `passed`.
+        """Take at most `most` steps through given times in one kernel, and keep the states there; see `passed`. The times are
+        all that are left, so that a resumed run has the same steps.
 
         `memory` contains the arrays of the system's internal variables.
         """
         size = DRIVES + len(balance) + len(self.q) + len(self.u) + sum(len(part) for part in memory)
-        count = min(len(times), max(1, _MOST_NUMBERS // size))
+        count = (len(times) - 1) % max(1, _MOST_NUMBERS // size) + 1  # ends at the same times whichever is the first
         self._through = Through(
             times[:count], np.empty((count, size)), np.zeros(1, dtype=np.int64), address_table(memory)
         )
