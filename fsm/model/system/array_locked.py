@@ -134,6 +134,12 @@ def _place(model: Joined, t: float, q: np.ndarray, u: np.ndarray) -> None:
 
 
 @kernel
+def _in_tree(model: Joined, inside: bool) -> bool:
+    """Whether a state is inside a step, and the joints form no loops."""
+    return inside and floats_1d(model.bodies.table, rows.INTERVAL)[rows.LOOPS] == 0.0
+
+
+@kernel
 def _add(change: np.ndarray, vector: np.ndarray) -> None:
     for i in range(vector.shape[0]):
         vector[i] += change[i]
@@ -143,7 +149,7 @@ def _add(change: np.ndarray, vector: np.ndarray) -> None:
 def close_openings(model: Joined, t: float, q: np.ndarray, u: np.ndarray, inside: bool) -> bool:
     """Correct q and u as `fsm.solve.stepping.model.consistent` does, and measure openings there; multipliers are zero.
 
-    `inside` a step of a tree of joints, q stays, and one solution corrects u.
+    `inside` a step, q stays; in a tree of joints one solution corrects u.
     """
     bodies, force = model.bodies, floats_2d(model.bodies.at_rest, rows.FORCE)
     lock_bodies(bodies, 0.0)
@@ -155,7 +161,7 @@ def close_openings(model: Joined, t: float, q: np.ndarray, u: np.ndarray, inside
         _place(model, t, q, u)
         _measure_and_factorise(model, t)  # with the old factors, r times the square of the rotation limits convergence
     before, largest = np.inf, 0.0
-    for _ in range(MOST):
+    for _ in range(1 if _in_tree(model, inside) else MOST):
         force[:] = 0.0
         error = project(bodies, t, rows.AT_RATES)
         if not EXACT * largest < error < STALLED * before:
@@ -198,14 +204,14 @@ def find_multipliers(model: Joined, t: float, rate: np.ndarray, on_nodes: np.nda
     forces on the coordinates of nodes. `inside` a step of a tree of joints, there are two solutions: the first one has a
     small error normal to all motions that the joints allow, but its large penalties cause round-off of these motions.
     """
-    bodies, force = model.bodies, floats_2d(model.bodies.at_rest, rows.FORCE)
+    bodies, force, few = model.bodies, floats_2d(model.bodies.at_rest, rows.FORCE), _in_tree(model, inside)
     mass = floats_1d(bodies.table, rows.MASS)
     _set_accelerations(model, t, rate)
     before, largest = np.inf, 0.0
     for number in range(MOST):
         copy_into(floats_2d(bodies.table, rows.FORCE), force)
         error = project(bodies, t, rows.AT_GIVEN if number == 0 else rows.AT_ACCELERATIONS)
-        if number > 1 and (inside or error <= EXACT * largest):
+        if number > 1 and (few or error <= EXACT * largest):
             break
         right = _folded(model.nodes, model, force)
         for i in range(mass.shape[0]):
@@ -237,10 +243,10 @@ def consistent(model: Joined, t: float, q: np.ndarray, u: np.ndarray, rate: np.n
     """See `fsm.solve.stepping.model`."""
     if not lock_bodies(model.bodies, 0.0):
         return False
-    few = inside and floats_1d(model.bodies.table, rows.INTERVAL)[rows.LOOPS] == 0.0 and model.table.shape[0] == 0
-    close_openings(model, t, q, u, inside and model.table.shape[0] == 0)
+    inside = inside and model.table.shape[0] == 0  # without nodes
+    close_openings(model, t, q, u, inside)
     sum_forces(model, t, 0.0, 1.0)
-    return bool(find_multipliers(model, t, rate, _forces_on_nodes(model.nodes, model, q), few))
+    return bool(find_multipliers(model, t, rate, _forces_on_nodes(model.nodes, model, q), inside))
 
 
 @kernel

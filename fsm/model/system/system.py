@@ -187,15 +187,13 @@ class SegmentSystem(SegmentForces):
         """See `System`."""
         if not self.locking:
             return False
-        from fsm.model.bodies.arrays import LOOPS
         from fsm.model.system.array_locked import close_openings, find_multipliers
 
         model, (arrays, _), _ = self._locked
-        few = inside and arrays.interval[LOOPS] == 0.0
         known = model.equations.factorise
-        enter(known, close_openings, model, float(t), q, u, few)
+        enter(known, close_openings, model, float(t), q, u, inside)
         arrays.force[:] = self._all_forces(self.state(t, q, u))
-        return bool(enter(known, find_multipliers, model, float(t), rate, q[:0], few))
+        return bool(enter(known, find_multipliers, model, float(t), rate, q[:0], inside))
 
     def without_locks(self) -> SegmentSystem:
         """See `SegmentForces`."""

@@ -3,13 +3,13 @@
 For mechanisms and free bodies without stiff springs, whose motion takes long steps at a small tolerance. The method is that
 of Dormand and Prince with 12 stages (Hairer, Norsett, Wanner 1993, DOP853), with errors of order 5 and 3. Quaternions are
 integrated as four numbers. Accelerations with locked directions come from the equations at acceleration level
-(`fsm.solve.stepping.model.consistent`). All stages and the end of each step are projected to opening rates of zero. The end,
-and the stages of mechanisms with loops, are also projected to openings of zero. Trees of joints have minimal coordinates
-instead (`fsm.solve.stepping.model.to_minimal`), and are projected at the ends of several steps only, against round-off. Work
-and dissipated energy are integrated with the same stages.
+(`fsm.solve.stepping.model.consistent`). All stages and the end of each step are projected to opening rates of zero, and the
+end also to openings of zero. Trees of joints have minimal coordinates instead (`fsm.solve.stepping.model.to_minimal`), and
+are projected at the ends of several steps only, against round-off. Work and dissipated energy are integrated with the same
+stages.
 
-Steps end at events, for example where a stop is hit; their forces are smooth up to there
-(`fsm.solve.stepping.explicit_events`).
+Steps end at events, for example where a stop is hit; their forces are smooth up to there. They pass saved states, which are
+interpolated (`fsm.solve.stepping.explicit_events`).
 
 Springs and dampers bound the step: h omega < 6 for a spring, h c/m < 6 for a damper.
 """
@@ -17,7 +17,7 @@ Springs and dampers bound the step: h omega < 6 for a spring, h c/m < 6 for a da
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -142,8 +142,10 @@ def take_step(
         copy_into(v, motion.v[: counts[SPEEDS]])
     copy_into(q, motion.q)
     copy_into(u, motion.u)
-    if kept > 0:
-        calls.to_minimal(model, end, motion.q, motion.u, motion.y, motion.v)  # kept states have multipliers
+    if kept > 0 and counts[SPEEDS] > 0:
+        calls.to_minimal(model, end, motion.q, motion.u, motion.y, motion.v)  # without multipliers
+    elif kept > 0:
+        accelerate(model, np.nextafter(end, -math.inf), motion.q, motion.u, motion.rate, False)
     sizes[alpha.STEP_SIZE], sizes[alpha.TIME] = _following(sizes, h, error, grow), end
     counts[alpha.STEPS] += 1
     before = calls.stored(model, end, motion.q, motion.u, motion.record)[1] if at < 1.0 or part > 1.0 else 0.0
@@ -248,20 +250,14 @@ def _error(model: Any, motion: ExplicitMotion, rules: ExplicitRules, y: np.ndarr
     return float(fifth / math.sqrt(below * 2.0 * max(motion.u.shape[0], 1))) if below > 0.0 else 0.0
 
 
-def march_explicit(
-    model: Any, motion: ExplicitMotion, rules: ExplicitRules, balance: np.ndarray, until: float, most: int,
-    records: np.ndarray,
-) -> int:  # fmt: skip
-    """Take at most `most` steps up to `until` in Python, with the energy balance, as `fsm.solve.stepping.march.march`."""
-    return _march(model, motion, rules, balance, until, most, records, NOTHING)
-
-
 @shared
-def _march(
+def march_and_keep(
     model: Any, motion: ExplicitMotion, rules: ExplicitRules, balance: np.ndarray, until: float, most: int,
     records: np.ndarray, through: Through,
 ) -> int:  # fmt: skip
-    """The same, which keeps the states that the steps pass."""
+    """Take at most `most` steps up to `until`, with the energy balance, as `fsm.solve.stepping.march.march`, and keep the
+    states that they pass.
+    """
     sizes, last = motion.sizes, records.shape[0] - 1
     _begin(model, motion)
     for number in range(most):
@@ -290,7 +286,7 @@ def _march_through(
         t, left = times[-1], most - (motion.counts[alpha.STEPS] - begun)
         if rules.rtol < REPEATED:
             t = times[passed[0]]
-        outcome = _march(model, motion, rules, balance, t, left, records, through)
+        outcome = march_and_keep(model, motion, rules, balance, t, left, records, through)
         if outcome != STEPPED or motion.sizes[alpha.TIME] < t:
             return outcome
         if through.states.shape[0] > 0:

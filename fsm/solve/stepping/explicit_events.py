@@ -170,18 +170,33 @@ NOTHING = Through(np.zeros(0), np.zeros((0, 0)), np.zeros(1, dtype=np.int64), np
 
 @kernel
 def keep_state(balance: np.ndarray, q: np.ndarray, u: np.ndarray, record: np.ndarray, through: Through) -> np.ndarray:
-    """Write the next state of `Through`; returns its balance, in place."""
+    """Write the next state of `Through`; returns its row."""
     row, at = through.states[through.passed[0]], calls.DRIVES
     copy_into(record[:at], row[:at])
     for part in (balance, q, u):
         copy_into(part, row[at : at + part.shape[0]])
         at += part.shape[0]
-    for i in range(through.memory.shape[0]):
-        part = floats_1d(through.memory, i)
+    _keep_memory(through.memory, row[at:])
+    through.passed[0] += 1
+    return row
+
+
+@kernel
+def _keep_memory(memory: np.ndarray, row: np.ndarray) -> None:
+    at = 0
+    for i in range(memory.shape[0]):
+        part = floats_1d(memory, i)
         copy_into(part, row[at : at + part.shape[0]])
         at += part.shape[0]
-    through.passed[0] += 1
-    return row[calls.DRIVES : calls.DRIVES + BALANCE]
+
+
+@kernel
+def _restore_memory(memory: np.ndarray, row: np.ndarray) -> None:
+    at = 0
+    for i in range(memory.shape[0]):
+        part = floats_1d(memory, i)
+        copy_into(row[at : at + part.shape[0]], part)
+        at += part.shape[0]
 
 
 @shared
@@ -190,7 +205,7 @@ def keep_between(
     end: float,
 ) -> int:  # fmt: skip
     """Keep the states at the given times before the `end` of an accepted step, which is this part of a step of size h.
-    Returns their number, or -1 if the mass is singular.
+    Returns their number, or -1 if the mass is singular. The model keeps the multipliers of the last one.
     """
     first, most = through.passed[0], through.states.shape[0]
     if first >= most or not through.times[first] < end:
@@ -199,7 +214,9 @@ def keep_between(
     y, v = sum_rates(start, motion.of_q, rules.weights, h), sum_rates(slower, motion.of_u, rules.weights, h)
     if part == 1.0 and not _evaluate_interpolation(model, motion, rules, t, end, h, y, v):
         return -1
-    last, faster, q, u, rate = y.copy(), v.copy(), motion.q.copy(), motion.u.copy(), motion.rate.copy()
+    last, faster, q, u = y.copy(), v.copy(), motion.q.copy(), motion.u.copy()
+    memory = np.empty(through.states.shape[1])
+    _keep_memory(through.memory, memory)
     while through.passed[0] < most and through.times[through.passed[0]] < end:
         time = through.times[through.passed[0]]
         at = (time - t) / h
@@ -207,10 +224,11 @@ def keep_between(
         if motion.counts[SPEEDS] > 0:
             accelerate(model, time, q, u, motion.rate, False)
         kinetic, potential, _, _, driven = calls.energies(model, time, q, u, 0.0, motion.record)
-        own = keep_state(balance, q, u, motion.record, through)
+        calls.accept(model, time, q, u)  # angles with their turns
+        own = keep_state(balance, q, u, motion.record, through)[calls.DRIVES : calls.DRIVES + BALANCE]
         own[WORK] += energy_up_to(motion, rules, h, at, 0) + driven - own[DRIVEN]
         own[DISSIPATED] += energy_up_to(motion, rules, h, at, 1)
         own[DRIVEN] = driven
         add_up(own, kinetic + potential, kinetic)
-    copy_into(rate, motion.rate)
+        _restore_memory(through.memory, memory)
     return int(through.passed[0] - first)

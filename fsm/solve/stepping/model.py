@@ -205,8 +205,7 @@ def consistent(model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndar
 
     q (nq,) is corrected once, to second order in the openings. u (nu,) becomes the nearest velocity, in the norm of the
     kinetic energy, at which no locked direction opens. `rate` (nu,) becomes the acceleration with the multipliers that keep
-    it so; the model keeps these multipliers. `inside` a step that ends without openings, q may stay if openings never depend
-    on each other, as in a tree of joints.
+    it so; the model keeps these multipliers. `inside` a step that ends without openings, q may stay.
     """
     return bool(model.consistent(t, q, u, rate, inside))
 
