@@ -64,9 +64,10 @@ _WANTED = _SAFETY**_ORDER
 """Error of a step over the tolerance, which the size of the next step aims at."""
 _LEAST_ERROR = 1e-4
 """Least error of the last step that counts."""
-REPEATED = 1e-8
-"""Tolerance below which steps end at saved states, and a step is repeated up to its event, because the order of the
-interpolation is lower."""
+_REPEATED = 1e-8
+"""Tolerance below which a step is repeated up to its event, because the order of the interpolation is lower."""
+ENDS_AT_SAVES = 1e-12
+"""Tolerance below which steps end at saved states, for the same reason; above it the error of the steps is larger."""
 
 
 def take_one_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: float) -> int:
@@ -119,7 +120,7 @@ def take_step(
             if part < 1.0:
                 at, turns = end_at_event(model, motion, rules, end, h, part, y, v, q, u)
                 good = at >= 0.0
-                if at > 0.0 and rules.rtol < REPEATED and most == math.inf:
+                if at > 0.0 and rules.rtol < _REPEATED and most == math.inf:
                     part, at = at, 1.0
                 elif at > 0.0:
                     part, end = 1.0, t + at * h
@@ -284,7 +285,7 @@ def _march_through(
     begun, times, passed = motion.counts[alpha.STEPS], through.times, through.passed
     while True:
         t, left = times[-1], most - (motion.counts[alpha.STEPS] - begun)
-        if rules.rtol < REPEATED:
+        if rules.rtol < ENDS_AT_SAVES:
             t = times[passed[0]]
         outcome = march_and_keep(model, motion, rules, balance, t, left, records, through)
         if outcome != STEPPED or motion.sizes[alpha.TIME] < t:
