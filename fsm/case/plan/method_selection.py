@@ -22,8 +22,10 @@ MAX_STATIC_PACE = 1e-5
 """Largest pace for which statics is selected; statics neglects inertia."""
 STATICS = "static", "arc-length"
 """Methods of equilibria."""
-WITH_JOINTS = "generalized-alpha", "newmark", "explicit", *STATICS
+WITH_JOINTS = "generalized-alpha", "newmark", "mean-force", "explicit", *STATICS
 """Methods that have ideal joints."""
+REFERENCES = "Radau", "BDF", "LSODA"
+"""Methods of SciPy, which have ideal joints between rigid bodies."""
 RTOL_OF_JOINTS = 1e-9
 """Relative tolerance with ideal joints. Nothing damps the errors of a mechanism, which add up over its turns: after some
 swings of a pendulum, positions are off by 1e-3 of its length at 1e-6, and by 1e-5 at 1e-9."""

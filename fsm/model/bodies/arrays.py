@@ -179,7 +179,7 @@ TAKE_UP_BY, BOTH_BY = 10, 12
 """Columns of `Segments.elements`."""
 LOOPS, GAS = 6, 4
 """Indices of `Arrays.interval`, and of `Arrays.stored`."""
-MEASURE, BEND, CLOSE, AT_RATES, AT_ACCELERATIONS, KEEP, SWAP, AT_GIVEN = range(8)
+MEASURE, BEND, CLOSE, AT_RATES, AT_ACCELERATIONS, KEEP, SWAP, AT_GIVEN, AT_END, ALONG_STEP = range(10)
 STEP, AGAIN, WORK, LARGEST = 0.0, 1.0, 2.0, 3.0
 """Tasks of the kernels `project` and `advance` of elements with locked directions (`fsm.model.elements.joints`)."""
 _SPRINGS = PATTERN + len(Pattern._fields)

@@ -250,10 +250,10 @@ class ElementGroup(Group):
 
     @property
     def still(self) -> np.ndarray:
-        """Energy scale of penalties at rest (J), 0 in motions, the part of the last change of the multipliers, and
-        the length of a body (m).
+        """Energy scale of penalties at rest (J), 0 in motions, the part of the last change of the multipliers,
+        the length of a body (m), and 1 in a step of the mean-force method, else 0.
         """
-        return np.zeros(3)
+        return np.zeros(4)
 
     @property
     def sizes(self) -> np.ndarray:

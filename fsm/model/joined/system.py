@@ -125,6 +125,14 @@ class JoinedSystem(JoinedConfiguration):
         """See `SegmentForces`; frames are at their joints, at no distance from them."""
         return float(self.scales().length)
 
+    def measure_step(self, t: float, h: float, q: np.ndarray, x: np.ndarray) -> bool:
+        """See `System`."""
+        if not self.locking:
+            return False
+        from fsm.model.system.array_locked import measure_step
+
+        return bool(measure_step(self._locked_model.model, float(t), float(h), q, x))
+
     def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, inside: bool = False) -> bool:
         """See `System`."""
         if not self.locking:

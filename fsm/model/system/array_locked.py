@@ -8,6 +8,8 @@ T u of its vectors has the acceleration T u' + (dT/dt) u.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from fsm.interactions.driven import accelerate_driven
@@ -31,8 +33,12 @@ from fsm.model.system import arrays as at
 from fsm.model.system.array_forces import add_from_frames, free_bodies, place, retract, spread, sum_forces
 from fsm.model.system.arrays import Joined, sizes
 from fsm.model.system.condense import add_condensed
-from fsm.solve.stepping.vectors import copy_into
+from fsm.solve.stepping.vectors import copy_into, scaled
 
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
+_POINTS = tuple((0.5 + 0.5 * s, 0.5 * w) for s, w in zip(_NODES.tolist(), _WEIGHTS.tolist(), strict=True))
+_POINTS = (*_POINTS, (0.5 - 0.5 / math.sqrt(3.0), -0.5), (0.5 + 0.5 / math.sqrt(3.0), -0.5))
+"""Gauss points of a step, and their weights: four for the mean gradient, then both of the mean-force method."""
 MOST = 50
 """Largest number of solutions of a projection."""
 STALLED = 0.25
@@ -62,6 +68,17 @@ def advance(model: Joined, change: np.ndarray) -> bool:
     table = model.bodies.table
     spread(model, change, floats_2d(table, rows.RATES))
     do_along_rates(model.bodies, table, rows.STEP, 1.0)
+    return True
+
+
+@kernel
+def measure_step(model: Joined, t: float, h: float, q: np.ndarray, x: np.ndarray) -> bool:
+    """See `fsm.solve.stepping.model`."""
+    _place(model, t + h, retract(model, q, x), x)
+    project(model.bodies, t + h, rows.AT_END)
+    for part, weight in _POINTS:
+        place(model, t + part * h, retract(model, q, scaled(part, x)), x)
+        project(model.bodies, weight, rows.ALONG_STEP)
     return True
 
 

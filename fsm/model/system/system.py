@@ -183,6 +183,15 @@ class SegmentSystem(SegmentForces):
 
     # protocol: locked directions --------------------------------------------------------------------------------------
 
+    def measure_step(self, t: float, h: float, q: np.ndarray, x: np.ndarray) -> bool:
+        """See `System`."""
+        if not self.locking:
+            return False
+        from fsm.model.system.array_locked import measure_step
+
+        model = self._locked[0]
+        return bool(enter(model.equations.factorise, measure_step, model, float(t), float(h), q, x))
+
     def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, inside: bool = False) -> bool:
         """See `System`."""
         if not self.locking:
