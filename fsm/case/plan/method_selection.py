@@ -90,8 +90,8 @@ def beyond_explicit(scene: Scene) -> str:
         "contact": scene.contact is not None,
         "gas": scene.chambers,
         "a harness of a joint": any(joint.harness for joint in scene.joints),
-        "friction of a joint with bristles, or that follows a reaction": any(
-            joint.friction and (joint.friction.law == "lugre" or joint.friction.coefficient) for joint in scene.joints
+        "friction of a joint with bristles": any(
+            joint.friction and joint.friction.law == "lugre" for joint in scene.joints
         ),
         "a spring of a joint with hysteresis": any(getattr(joint.spring, "unloading", None) for joint in scene.joints),
         "friction of a cord": any(pulley.friction for cord in scene.cords for pulley in cord.over),

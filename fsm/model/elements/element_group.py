@@ -163,6 +163,11 @@ class ElementGroup(Group):
     """Whether the elements have locked directions."""
 
     @property
+    def feels_reactions(self) -> bool:
+        """Whether forces depend on the multipliers of locked directions."""
+        return False
+
+    @property
     @abstractmethod
     def kernels(self) -> ElementKernels:
         """Kernels of the kind."""

@@ -278,9 +278,12 @@ def _measure_all(table: np.ndarray, own: np.ndarray, t: float) -> None:
     bodies, stiffness, hessian = bodies_of(own), floats_3d(table, row.STIFFNESS), np.empty((0, 12))
     gradient, masses, effort = floats_2d(own, _GRADIENT), floats_1d(own, _MASSES), _efforts(own)
     dof, p, block, last = integers_1d(table, row.DOF), row.pattern_of(table), np.zeros((12, 12)), bodies.shape[0] - 1
+    felt = floats_1d(own, _FELT)
     for i in range(bodies.shape[0]):
         _measure(table, own, t, i, hessian)
         effort[i] = 0.0
+        if not np.isfinite(felt[i]):
+            felt[i] = 0.0  # a step that was too long
         for a in range(12):
             factor = PROJECTION * masses[i] * gradient[i, a]
             for b in range(12):

@@ -84,10 +84,8 @@ def method_faults(plan: Plan, scene: Scene) -> Iterator[Fault]:
         text = f"events happen in motions only, with {', '.join(_WITH_EVENTS)}; the steps of this case are {methods}"
         yield Fault("event", f"{text}; remove [[event]], or add a dynamic step")
     if scene.joints:
-        methods = (*WITH_JOINTS, *REFERENCES)
-        if scene.flexible:
-            methods = tuple(name for name in WITH_JOINTS if name != "explicit")
-        yield from _unjointed(plan, methods)
+        of_nodes = tuple(name for name in WITH_JOINTS if name != "explicit")
+        yield from _unjointed(plan, of_nodes if scene.flexible else (*WITH_JOINTS, *REFERENCES))
 
 
 def _beyond_method(plan: Plan, scene: Scene) -> Iterator[Fault]:

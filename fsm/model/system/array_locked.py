@@ -43,6 +43,8 @@ MOST = 50
 """Largest number of solutions of a projection."""
 STALLED = 0.25
 """Ratio of successive errors (squares) above which only round-off is left."""
+SETTLED = 1e-20
+"""Change (a square) of accelerations relative to them, at which friction is that of the reactions."""
 EXACT = 1e-26
 """Error (a square) relative to the first ones, at which rates and accelerations are exact."""
 
@@ -250,14 +252,41 @@ def _add_on_nodes(
 
 
 @kernel
+def settled(model: Joined, t: float, before: np.ndarray, rate: np.ndarray) -> bool:
+    """Whether friction that follows reactions is that of the multipliers which belong to it. If not, the multipliers become
+    zero for another solution.
+
+    Forces have the multipliers of the last solution. These iterations converge if friction changes reactions by less than
+    itself; explicit steps end where they do not, as in a joint that jams. `before` (nu,) becomes the accelerations.
+    """
+    change = size = 0.0
+    for i in range(rate.shape[0]):
+        change += (rate[i] - before[i]) ** 2
+        size += rate[i] ** 2
+        before[i] = rate[i]
+    if change <= SETTLED * size:
+        return True
+    _measure_and_factorise(model, t)
+    return False
+
+
+@kernel
 def consistent(model: Joined, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, inside: bool) -> bool:
     """See `fsm.solve.stepping.model`."""
     if not lock_bodies(model.bodies, 0.0):
         return False
-    few = inside and floats_1d(model.bodies.table, rows.INTERVAL)[rows.LOOPS] == 0.0 and model.table.shape[0] == 0
+    interval, before = floats_1d(model.bodies.table, rows.INTERVAL), np.zeros(rate.shape[0])
+    feels = interval[rows.FEELS] > 0.0
+    few = inside and interval[rows.LOOPS] == 0.0 and model.table.shape[0] == 0 and not feels
     close_openings(model, t, q, u, few)
-    sum_forces(model, t, 0.0, 1.0)
-    return bool(find_multipliers(model, t, rate, _forces_on_nodes(model.nodes, model, q), few))
+    for _ in range(MOST):
+        sum_forces(model, t, 0.0, 1.0)
+        find_multipliers(model, t, rate, _forces_on_nodes(model.nodes, model, q), few)
+        if not feels or settled(model, t, before, rate):
+            return True
+    if inside:
+        rate[:] = np.nan
+    return True
 
 
 @kernel

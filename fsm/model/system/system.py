@@ -197,14 +197,21 @@ class SegmentSystem(SegmentForces):
         if not self.locking:
             return False
         from fsm.model.bodies.arrays import LOOPS
-        from fsm.model.system.array_locked import close_openings, find_multipliers
+        from fsm.model.system.array_locked import MOST, close_openings, find_multipliers, settled
 
         model, (arrays, _), _ = self._locked
-        few = inside and arrays.interval[LOOPS] == 0.0
+        few = inside and arrays.interval[LOOPS] == 0.0 and not self.feels_reactions
         known = model.equations.factorise
         enter(known, close_openings, model, float(t), q, u, few)
-        arrays.force[:] = self._all_forces(self.state(t, q, u))
-        return bool(enter(known, find_multipliers, model, float(t), rate, q[:0], few))
+        before = np.zeros(self.nu)
+        for _ in range(MOST):
+            arrays.force[:] = self._all_forces(self.state(t, q, u))
+            enter(known, find_multipliers, model, float(t), rate, q[:0], few)
+            if not self.feels_reactions or enter(known, settled, model, float(t), before, rate):
+                return True
+        if inside:
+            rate[:] = math.nan
+        return True
 
     def without_locks(self) -> SegmentSystem:
         """See `SegmentForces`."""
