@@ -159,8 +159,8 @@ def sheet_case(**joint: Any) -> dict[str, Any]:
             "no body is called 'beam.middle'",
         ),
         (
-            case([hinge("j", "ground", "beam.end", 1.0)], {"end_time": 1.0, "method": "mean-force"}, beams=[beam()]),
-            '"mean-force" has no ideal joints',
+            case([hinge("j", "ground", "beam.end", 1.0)], {"end_time": 1.0, "method": "Radau"}, beams=[beam()]),
+            '"Radau" is for bodies, joints and springs; the scene has films',
         ),
         (
             case(
@@ -174,7 +174,7 @@ def sheet_case(**joint: Any) -> dict[str, Any]:
             'beams bend in the x-z plane; give hinge_axis = \\[0, 1, 0\\], or flexible.kind = "film"',
         ),
     ],
-    ids=["moment on a point", "off a point", "no such end", "mean force", "edge and point", "beams across"],
+    ids=["moment on a point", "off a point", "no such end", "a reference", "edge and point", "beams across"],
 )  # fmt: skip
 def test_wrong_uses_are_refused(given: dict[str, Any], said: str, tmp_path: Path) -> None:
     with pytest.raises(CaseError, match=said):

@@ -252,11 +252,10 @@ def test_mistakes(change: dict[str, Any], text: str) -> None:
     assert len(failure.value.faults) == 1
 
 
-@pytest.mark.parametrize("method", ["mean-force", "Radau"])
-def test_methods_without_joints(method: str) -> None:
+def test_a_method_without_joints() -> None:
     case = four_bar()
-    case["solve"]["method"] = method
-    with pytest.raises(fsm.CaseError, match=f"solve.method: \"{method}\" has no ideal joints"):
+    case["solve"]["method"] = "Radau-blocks"
+    with pytest.raises(fsm.CaseError, match='"Radau-blocks" has no ideal joints'):
         fsm.load(case).check()
 
 

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import PchipInterpolator
 
 import fsm
-from tests.physics.test_ideal_joints import body, joint, mechanism, of, run
+from tests.physics.test_ideal_joints import body, four_bar, joint, mechanism, of, run
 
 _G = 9.80665
 
@@ -151,14 +151,15 @@ def test_bristles_hold_a_wheel_and_friction_slides_above_its_moment(tmp_path: Pa
     assert rate[16] - rate[8] == pytest.approx(0.4, rel=1e-3)
 
 
-def test_friction_that_follows_the_reaction(tmp_path: Path) -> None:
+@pytest.mark.parametrize("method", ["generalized-alpha", "explicit", "mean-force"])
+def test_friction_that_follows_the_reaction(method: str, tmp_path: Path) -> None:
     """A pendulum whose bearing has the moment mu r N of its own reaction N."""
     length, inertia, arm, slip = 0.5, 0.02, 0.3 * 0.05, 0.05
     bar = body("bar", [length, 0, 0], [0.01, inertia, inertia])
     pin = joint("pin", "revolute", "ground", "bar", [0, 0, 0], axis=[0, 1, 0])
     pin |= {"friction": {"coefficient": 0.3, "radius": 0.05, "slip_rate": slip}}
     case = mechanism([bar], [pin], 1.0, 0.05)
-    case["solve"]["rtol"] = 1e-10
+    case["solve"] |= {"rtol": 1e-10, "method": method}
     result = run(case, tmp_path)
     whole = inertia + length**2
 
@@ -176,6 +177,9 @@ def test_friction_that_follows_the_reaction(tmp_path: Path) -> None:
     assert of(result, "joint.pin.angle") == pytest.approx(angle, abs=2e-5)
     assert of(result, "joint.pin.rate") == pytest.approx(rate, abs=1e-4)
     assert result.summary["energy_error"] < 1e-4
+    if method == "explicit":
+        assert of(result, "joint.pin.angle") == pytest.approx(angle, abs=1e-8)
+        assert result.summary["energy_error"] < 1e-8
 
 
 # harness, stop, latch ---------------------------------------------------------------------------------------------------
@@ -360,3 +364,21 @@ def test_mistakes_of_springs(keys: dict[str, Any], text: str) -> None:
     with pytest.raises(fsm.CaseError) as failure:
         fsm.load(ball(keys, 1.0, 1.0)).check()
     assert text in str(failure.value)
+
+
+def test_friction_of_a_loop_follows_its_reactions_in_explicit_steps(tmp_path: Path) -> None:
+    """Each bearing changes the reactions of all others; small steps of generalized-alpha converge to the explicit ones."""
+    found = []
+    for method, rtol in (("explicit", 1e-9), ("generalized-alpha", 1e-10)):
+        case = four_bar()
+        for pin in case["scene"]["joints"]:
+            pin["friction"] = {"coefficient": 0.2, "radius": 0.05, "slip_rate": 0.1}
+        case["solve"] |= {"method": method, "rtol": rtol}
+        found.append(run(case, tmp_path / method))
+    exact, other = found
+    assert of(exact, "energy.dissipated")[-1] > 0.05
+    for name in ("joint.pin 1.angle", "joint.pin 3.rate", "energy.dissipated"):
+        assert of(other, name) == pytest.approx(of(exact, name), abs=1e-4 * np.abs(of(exact, name)).max())
+    force = of(exact, "joint.pin 2.force")
+    assert of(other, "joint.pin 2.force") == pytest.approx(force, abs=1e-3 * np.abs(force).max())
+    assert exact.summary["energy_error"] < 1e-7

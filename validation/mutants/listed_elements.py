@@ -333,6 +333,20 @@ JOINED = (
         unit_test("mean_force", "test_a_free_body_keeps_its_energy"),
     ),
     Mutant(
+        "multipliers of the mean-force method along gradients at two points",
+        "fsm/model/elements/joints.py",
+        "found[k] += more[i, k]",
+        "found[k] += 0.0 * more[i, k]",
+        physics_test("mean_force_of_joints", "test_multipliers_do_no_work_and_no_joint_opens"),
+    ),
+    Mutant(
+        "friction of explicit steps from the reactions of the last step",
+        "fsm/model/system/array_locked.py",
+        "if not feels or settled(",
+        "if True or settled(",
+        physics_test("joint_laws", "test_friction_that_follows_the_reaction"),
+    ),
+    Mutant(
         "contact stiffness of films that of the larger face",
         "fsm/model/contact/shapes/side_contacts.py",
         "(area / part).min(axis=1, initial=np.inf)",

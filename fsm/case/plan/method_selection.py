@@ -22,8 +22,10 @@ MAX_STATIC_PACE = 1e-5
 """Largest pace for which statics is selected; statics neglects inertia."""
 STATICS = "static", "arc-length"
 """Methods of equilibria."""
-WITH_JOINTS = "generalized-alpha", "newmark", "explicit", *STATICS
+WITH_JOINTS = "generalized-alpha", "newmark", "mean-force", "explicit", *STATICS
 """Methods that have ideal joints."""
+REFERENCES = "Radau", "BDF", "LSODA"
+"""Methods of SciPy, which have ideal joints between rigid bodies."""
 RTOL_OF_JOINTS = 1e-9
 """Relative tolerance with ideal joints. Nothing damps the errors of a mechanism, which add up over its turns: after some
 swings of a pendulum, positions are off by 1e-3 of its length at 1e-6, and by 1e-5 at 1e-9."""
@@ -88,8 +90,8 @@ def beyond_explicit(scene: Scene) -> str:
         "contact": scene.contact is not None,
         "gas": scene.chambers,
         "a harness of a joint": any(joint.harness for joint in scene.joints),
-        "friction of a joint with bristles, or that follows a reaction": any(
-            joint.friction and (joint.friction.law == "lugre" or joint.friction.coefficient) for joint in scene.joints
+        "friction of a joint with bristles": any(
+            joint.friction and joint.friction.law == "lugre" for joint in scene.joints
         ),
         "a spring of a joint with hysteresis": any(getattr(joint.spring, "unloading", None) for joint in scene.joints),
         "friction of a cord": any(pulley.friction for cord in scene.cords for pulley in cord.over),

@@ -163,6 +163,11 @@ class ElementGroup(Group):
     """Whether the elements have locked directions."""
 
     @property
+    def feels_reactions(self) -> bool:
+        """Whether forces depend on the multipliers of locked directions."""
+        return False
+
+    @property
     @abstractmethod
     def kernels(self) -> ElementKernels:
         """Kernels of the kind."""
@@ -250,10 +255,10 @@ class ElementGroup(Group):
 
     @property
     def still(self) -> np.ndarray:
-        """Energy scale of penalties at rest (J), 0 in motions, the part of the last change of the multipliers, and
-        the length of a body (m).
+        """Energy scale of penalties at rest (J), 0 in motions, the part of the last change of the multipliers,
+        the length of a body (m), and 1 in a step of the mean-force method, else 0.
         """
-        return np.zeros(3)
+        return np.zeros(4)
 
     @property
     def sizes(self) -> np.ndarray:

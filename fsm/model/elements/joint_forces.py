@@ -259,6 +259,11 @@ class JointForceGroup(ElementGroup):
             np.any(self.laws[:, columns]) or np.any(tables) or np.any(self.laws[:, law.MOTOR] > law.NO_MOTOR)
         )
 
+    @property
+    def feels_reactions(self) -> bool:
+        """See `ElementGroup`; friction that follows a reaction."""
+        return bool(np.any(self.laws[:, law.FOLLOWS]))
+
     @cached_property
     def looks_back(self) -> bool:
         """See `ElementGroup`; also what is lost in a step: sliders, and latches that open."""

@@ -6,6 +6,10 @@ increment d (augmented Lagrangian; Bayo and Ledesma 1996). The penalty is r = 1e
 start and c = d(acceleration)/d(increment); it has no effect on the converged step. After an accepted step the multipliers
 are those of the accelerations, and r = 0. Openings that follow from others have multipliers too, those of least work.
 
+A step of the mean-force method has the openings x at its end, and its multipliers act along the mean gradient over the step,
+so that they do no work (the discrete gradient of Gonzalez 1999). The kernel of forces adds to the gradient at a Gauss point
+of the step the difference between the mean of four points and that of two.
+
 At rest (statics, natural modes) the penalty is r = 1e6 E s, with the energy scale E of `SegmentForces` and the size s of
 the opening, and stays at accepted states too: the stiffness then has the stable and unstable modes of the motions that the
 joints allow, and the opening of a state is the change of lambda in the last iteration over r. The second derivatives have
@@ -31,7 +35,7 @@ from fsm.model.elements.element_group import OWN, ElementGroup, ElementKernels, 
 
 _KINDS, _CONSTANTS, _MASSES, _PENALTY, _EFFORT, _VALUE, _GRADIENT, _BEND, _KEPT, _TURNS, _LINES = range(OWN, OWN + 11)
 _STILL, _SIZES, _CHANGE, _PROGRAM, _PIECES = range(OWN + 11, OWN + 16)
-_FELT = _PIECES + len(Pieces._fields)
+_FELT, _MEAN, _MORE = range(_PIECES + len(Pieces._fields), _PIECES + len(Pieces._fields) + 3)
 STIFF = 1e4
 """Penalty relative to the inertia of an opening at the start. From 1e2 to 1e5 the number of iterations is that of Newton's
 method with exact multipliers; inertias change on the way."""
@@ -90,9 +94,32 @@ def _force(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> f
     for i in range(bodies.shape[0]):
         if effort[i] == 0.0 and penalty[i] == 0.0:
             continue  # projections measure openings, and find multipliers afterwards
-        _measure(table, own, t, i, hessian)
-        _push(force, bodies[i], gradient[i], effort[i] + penalty[i] * value[i])
+        if along_step(floats_1d(own, _STILL)):
+            along = _gradient_of_step(table, own, i, hessian)
+            _push(force, bodies[i], along, effort[i] + penalty[i] * value[i])
+        else:
+            _measure(table, own, t, i, hessian)
+            _push(force, bodies[i], gradient[i], effort[i] + penalty[i] * value[i])
     return 0.0
+
+
+@kernel(inline=True)
+def along_step(still: np.ndarray) -> bool:
+    """Whether openings are those at the end of a step, and multipliers act along the mean gradient over it."""
+    return bool(still[3] > 0.0)
+
+
+@kernel
+def _gradient_of_step(table: np.ndarray, own: np.ndarray, i: int, hessian: np.ndarray) -> np.ndarray:
+    """Gradient (12,) of an opening for the present Gauss point of a step; writes the second derivatives there."""
+    poses, bodies, more, found = floats_2d(table, row.POSES), bodies_of(own), floats_2d(own, _MORE), np.empty(12)
+    opening(
+        integers_1d(own, _KINDS)[i], poses[bodies[i, 0]], poses[bodies[i, 1]], floats_2d(own, _CONSTANTS)[i], 0.0, found,
+        hessian,
+    )  # fmt: skip
+    for k in range(12):
+        found[k] += more[i, k]
+    return found
 
 
 @kernel(inline=True)
@@ -106,7 +133,15 @@ def _tangent(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
     effort, penalty, value, block = _efforts(own), floats_1d(own, _PENALTY), floats_1d(own, _VALUE), np.empty((12, 12))
     still = floats_1d(own, _STILL)[0] > 0.0
     stiffness, dof, p = floats_3d(table, row.STIFFNESS), integers_1d(table, row.DOF), row.pattern_of(table)
+    mean = floats_2d(own, _MEAN)
     for i in range(bodies.shape[0]):
+        if along_step(floats_1d(own, _STILL)):
+            _push(force, bodies[i], _gradient_of_step(table, own, i, block), effort[i] + penalty[i] * value[i])
+            for a in range(12):  # the mean state is half-way, and openings are those at the end
+                for b in range(12):
+                    block[a, b] = effort[i] * block[a, b] + 2.0 * penalty[i] * mean[i, a] * gradient[i, b]
+            add_block(block, dof, bodies[i], p.rows, p.columns, stiffness)
+            continue
         _measure(table, own, t, i, block)
         total = effort[i] + penalty[i] * value[i]
         _push(force, bodies[i], gradient[i], total)
@@ -122,6 +157,7 @@ def _lock(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> fl
     """Begin Newton's method of a step with the kept multipliers; `per_second` is c, 1/s^2, without effect at rest."""
     effort, penalty, kept, masses = _efforts(own), floats_1d(own, _PENALTY), floats_1d(own, _KEPT), floats_1d(own, _MASSES)
     felt, energy, sizes = floats_1d(own, _FELT), floats_1d(own, _STILL)[0], floats_1d(own, _SIZES)
+    floats_1d(own, _STILL)[3] = 0.0
     for i in range(effort.shape[0]):
         effort[i], penalty[i] = kept[i], penalty_of(masses[i], sizes[i], per_second, energy)
         if per_second > 0.0 or energy > 0.0:
@@ -185,7 +221,8 @@ def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
     against openings. `AT_RATES`: forces against opening rates. `AT_ACCELERATIONS`: the rates of the model are accelerations;
     the multipliers advance by the penalties times the opening accelerations, and add to these forces. `AT_GIVEN`: forces
     against opening accelerations, without a change of the multipliers, which are zero. `KEEP`: keep the multipliers. `SWAP`:
-    exchange the present multipliers and the kept ones. The error is the sum of m y^2 over all openings.
+    exchange the present multipliers and the kept ones. `AT_END`: openings at the end of a step, whose increments are the
+    rates of the model. `ALONG_STEP`: a point of the step, of the weight t. The error is the sum of m y^2 over all openings.
     """
     task = int(per_second)
     force, rates, bodies = floats_2d(table, row.FORCE), floats_2d(table, row.RATES), bodies_of(own)
@@ -204,6 +241,12 @@ def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
         return 0.0
     if task == row.BEND:
         _bend_all(table, own)
+        return 0.0
+    if task == row.AT_END:
+        _measure_end(table, own, t)
+        return 0.0
+    if task == row.ALONG_STEP:
+        _measure_along(table, own, t)
         return 0.0
     error = 0.0
     for i in range(bodies.shape[0]):
@@ -235,9 +278,12 @@ def _measure_all(table: np.ndarray, own: np.ndarray, t: float) -> None:
     bodies, stiffness, hessian = bodies_of(own), floats_3d(table, row.STIFFNESS), np.empty((0, 12))
     gradient, masses, effort = floats_2d(own, _GRADIENT), floats_1d(own, _MASSES), _efforts(own)
     dof, p, block, last = integers_1d(table, row.DOF), row.pattern_of(table), np.zeros((12, 12)), bodies.shape[0] - 1
+    felt = floats_1d(own, _FELT)
     for i in range(bodies.shape[0]):
         _measure(table, own, t, i, hessian)
         effort[i] = 0.0
+        if not np.isfinite(felt[i]):
+            felt[i] = 0.0  # a step that was too long
         for a in range(12):
             factor = PROJECTION * masses[i] * gradient[i, a]
             for b in range(12):
@@ -245,6 +291,39 @@ def _measure_all(table: np.ndarray, own: np.ndarray, t: float) -> None:
         if i == last or bodies[i + 1, 0] != bodies[i, 0] or bodies[i + 1, 1] != bodies[i, 1]:
             add_block(block, dof, bodies[i], p.rows, p.columns, stiffness)
             block[:] = 0.0
+
+
+@kernel
+def _measure_end(table: np.ndarray, own: np.ndarray, t: float) -> None:
+    """Openings at the end of a step, and their derivatives by increments of its middle: to second order in the rotation x of
+    the step, g + x/4 x g in the axes of a body.
+    """
+    bodies, gradient, rates = bodies_of(own), floats_2d(own, _GRADIENT), floats_2d(table, row.RATES)
+    hessian = np.empty((0, 12))
+    for i in range(bodies.shape[0]):
+        _measure(table, own, t, i, hessian)
+        for side in range(2):
+            x, g = rates[bodies[i, side], 3:], gradient[i, 6 * side + 3 : 6 * side + 6]
+            a, b, c = g[0], g[1], g[2]
+            g[0] += 0.25 * (x[1] * c - x[2] * b)
+            g[1] += 0.25 * (x[2] * a - x[0] * c)
+            g[2] += 0.25 * (x[0] * b - x[1] * a)
+    floats_2d(own, _MEAN)[:] = 0.0
+    floats_2d(own, _MORE)[:] = 0.0
+    floats_1d(own, _STILL)[3] = 1.0
+
+
+@kernel
+def _measure_along(table: np.ndarray, own: np.ndarray, weight: float) -> None:
+    """Add the gradients at a point of a step to their mean; a negative weight is that of a Gauss point of the method."""
+    poses, bodies, mean, more = floats_2d(table, row.POSES), bodies_of(own), floats_2d(own, _MEAN), floats_2d(own, _MORE)
+    kinds, constants, gradient = integers_1d(own, _KINDS), floats_2d(own, _CONSTANTS), np.empty(12)
+    hessian = np.empty((0, 12))
+    for i in range(bodies.shape[0]):
+        opening(kinds[i], poses[bodies[i, 0]], poses[bodies[i, 1]], constants[i], 0.0, gradient, hessian)
+        for k in range(12):
+            mean[i, k] += max(weight, 0.0) * gradient[k]
+            more[i, k] += weight * gradient[k]
 
 
 @kernel
@@ -354,8 +433,9 @@ class JointGroup(ElementGroup):
         work = [np.zeros(n), np.zeros(n), np.zeros(n), np.zeros((n, 12)), np.zeros(n)]
         kept = np.zeros(n + len(self.turns))
         moved = self.program, *table_of(self.motors)
-        still = np.zeros(3), np.zeros(n), np.zeros(n)
-        return [self.kinds, self.constants, self.masses, *work, kept, self.turns, self.lines, *still, *moved, self.felt]
+        still, along = (np.zeros(4), np.zeros(n), np.zeros(n)), (np.zeros((n, 12)), np.zeros((n, 12)))
+        own = self.kinds, self.constants, self.masses, *work, kept, self.turns, self.lines, *still, *moved, self.felt
+        return [*own, *along]
 
     @cached_property
     def active(self) -> np.ndarray:

@@ -1,6 +1,7 @@
 """Ideal couplings: the opening e = sum r_j x_j of the coordinates of several ideal joints is locked.
 
-The multipliers are those of ideal joints (`fsm.model.elements.joints`), with the same penalties.
+The multipliers are those of ideal joints (`fsm.model.elements.joints`), with the same penalties. In steps of the mean-force
+method they act along the gradients at the Gauss points.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from fsm.model.bodies.group import BodyState
 from fsm.model.elements import couplings
 from fsm.model.elements.couplings import Coupling, CouplingGroup
 from fsm.model.elements.element_group import OWN, bodies_of
-from fsm.model.elements.joints import PROJECTION, again, penalty_of, swap
+from fsm.model.elements.joints import PROJECTION, again, along_step, penalty_of, swap
 
 _RATIOS, _MASSES, _PENALTY, _EFFORT, _BEND, _VALUE, _STILL, _SIZES, _CHANGE = range(
     couplings.FIRST_PARAMETER, couplings.FIRST_PARAMETER + 9
@@ -64,9 +65,11 @@ def _along(table: np.ndarray, own: np.ndarray, i: int) -> float:
 @kernel
 def _law(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     effort, penalty, value = floats_1d(own, _EFFORT), floats_1d(own, _PENALTY), floats_1d(own, _VALUE)
+    mean = along_step(floats_1d(own, _STILL))
     for i in range(effort.shape[0]):
-        value[i] = _opening(own, i)
-        _put(own, i, effort[i] + penalty[i] * value[i], penalty[i])
+        if not mean:
+            value[i] = _opening(own, i)
+        _put(own, i, effort[i] + penalty[i] * value[i], 2.0 * penalty[i] if mean else penalty[i])
     return 0.0
 
 
@@ -75,6 +78,7 @@ def _lock(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> fl
     """See `fsm.model.elements.joints`."""
     effort, penalty, kept, masses = floats_1d(own, _EFFORT), floats_1d(own, _PENALTY), _kept(own), floats_1d(own, _MASSES)
     energy, sizes = floats_1d(own, _STILL)[0], floats_1d(own, _SIZES)
+    floats_1d(own, _STILL)[3] = 0.0
     for i in range(effort.shape[0]):
         effort[i], penalty[i] = kept[i], penalty_of(masses[i], sizes[i], per_second, energy)
     return 1.0
@@ -136,6 +140,11 @@ def _project(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
     if task == rows.BEND:
         _bend_all(table, own)
         return 0.0
+    if task == rows.AT_END:
+        _measure_end(table, own, t)
+        return 0.0
+    if task == rows.ALONG_STEP:
+        return 0.0
     for i in range(effort.shape[0]):
         rate = floats_1d(own, _VALUE)[i] if task == rows.CLOSE else _along(table, own, i)
         if task in (rows.AT_ACCELERATIONS, rows.AT_GIVEN):
@@ -171,6 +180,16 @@ def _measure_all(table: np.ndarray, own: np.ndarray, t: float) -> None:
 
 
 @kernel
+def _measure_end(table: np.ndarray, own: np.ndarray, t: float) -> None:
+    """Openings at the end of a step."""
+    couplings.measure_coordinates(table, own, t, False)
+    value = floats_1d(own, _VALUE)
+    for i in range(value.shape[0]):
+        value[i] = _opening(own, i)
+    floats_1d(own, _STILL)[3] = 1.0
+
+
+@kernel
 def _bend_all(table: np.ndarray, own: np.ndarray) -> None:
     """Second derivatives in time of the openings at constant rates."""
     bends, ratios, curved = floats_1d(own, _BEND), floats_2d(own, _RATIOS), couplings.bends_of(table, own)
@@ -186,7 +205,7 @@ _KERNELS = couplings.KERNELS._replace(accept=_accept, lock=_lock, advance=_advan
 def _parameters(given: list[Any]) -> list[np.ndarray]:
     ratios = np.array([[1.0, -own["ratio"]] for own in given], dtype=float)
     n = len(given)
-    return [ratios, np.ones(n), *(np.zeros(n) for _ in range(4)), np.zeros(3), np.zeros(n), np.zeros(n)]
+    return [ratios, np.ones(n), *(np.zeros(n) for _ in range(4)), np.zeros(4), np.zeros(n), np.zeros(n)]
 
 
 LOCKED_GEAR = Coupling(2, _law, _parameters)

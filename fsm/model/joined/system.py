@@ -125,17 +125,30 @@ class JoinedSystem(JoinedConfiguration):
         """See `SegmentForces`; frames are at their joints, at no distance from them."""
         return float(self.scales().length)
 
+    def measure_step(self, t: float, h: float, q: np.ndarray, x: np.ndarray) -> bool:
+        """See `System`."""
+        if not self.locking:
+            return False
+        from fsm.model.system.array_locked import measure_step
+
+        return bool(measure_step(self._locked_model.model, float(t), float(h), q, x))
+
     def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, inside: bool = False) -> bool:
         """See `System`."""
         if not self.locking:
             return False
-        from fsm.model.system.array_locked import close_openings, find_multipliers
+        from fsm.model.system.array_locked import MOST, close_openings, find_multipliers, settled
 
         found = self._locked_model
         close_openings(found.model, t, q, u, False)
-        found.bodies[0].force[:] = self._all_forces(self.state(t, q, u))
         on_nodes = self._generalised(t, q, u, None, np.zeros(self.at_rest.shape))[self._nu :]
-        return bool(find_multipliers(found.model, t, rate, on_nodes, False))
+        before = np.zeros(self.nu)
+        for _ in range(MOST):
+            found.bodies[0].force[:] = self._all_forces(self.state(t, q, u))
+            find_multipliers(found.model, t, rate, on_nodes, False)
+            if not self.feels_reactions or settled(found.model, t, before, rate):
+                break
+        return True
 
     @cached_property
     def _locked_model(self) -> JoinedModel:

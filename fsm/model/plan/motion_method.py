@@ -162,6 +162,8 @@ class MotionMethod:
         missing = beyond_explicit(self.scene)
         if missing:
             return "generalized-alpha", f"explicit steps do not have {missing}"
+        if any(joint.friction and joint.friction.coefficient for joint in self.scene.joints):
+            return "generalized-alpha", "the rate of friction that follows a reaction is not known at the start"
         explicit = duration * self.fastest / _STABLE
         if self.fastest == 0.0:
             return "explicit", "without springs and dampers explicit steps are long"

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from fsm.builders.sheet.reach import taut_travels
 from fsm.case.models.case import Case
 from fsm.case.models.scene import Scene
-from fsm.case.plan.method_selection import WITH_JOINTS, beyond_explicit
+from fsm.case.plan.method_selection import REFERENCES, WITH_JOINTS, beyond_explicit
 from fsm.case.plan.step_items import loads_of
 from fsm.errors import Fault
 from fsm.model.bodies.drive import program_of
@@ -78,27 +78,31 @@ _WITH_EVENTS = "explicit", "generalized-alpha", "newmark", "mean-force"
 
 def method_faults(plan: Plan, scene: Scene) -> Iterator[Fault]:
     """Faults of all steps of a plan."""
-    yield from _beyond_explicit(plan, scene)
+    yield from _beyond_method(plan, scene)
     if scene.actions and not any(step.kind == "dynamic" and step.method in _WITH_EVENTS for step in plan.steps):
         methods = ", ".join(dict.fromkeys(f'"{step.method}"' for step in plan.steps))
         text = f"events happen in motions only, with {', '.join(_WITH_EVENTS)}; the steps of this case are {methods}"
         yield Fault("event", f"{text}; remove [[event]], or add a dynamic step")
     if scene.joints:
-        yield from _unjointed(plan, tuple(name for name in WITH_JOINTS if name != "explicit" or not scene.flexible))
+        of_nodes = tuple(name for name in WITH_JOINTS if name != "explicit")
+        yield from _unjointed(plan, of_nodes if scene.flexible else (*WITH_JOINTS, *REFERENCES))
 
 
-def _beyond_explicit(plan: Plan, scene: Scene) -> Iterator[Fault]:
-    """Faults of explicit steps of a scene with parts that they do not have."""
-    found = beyond_explicit(scene)
+def _beyond_method(plan: Plan, scene: Scene) -> Iterator[Fault]:
+    """Faults of explicit steps, and with ideal joints of SciPy's methods, of a scene with parts that they do not have."""
+    found, events = beyond_explicit(scene), any(joint.stop or joint.latch for joint in scene.joints)
+    of_references = found or ("stops or latches of joints, at which their steps do not end" if events else "")
     for number, step in enumerate(plan.steps):
-        if step.method == "explicit" and found:
-            text = f'"explicit" is for bodies, joints and springs; the scene has {found}; use "auto"'
+        reference = step.method in REFERENCES and scene.joints
+        parts = found if step.method == "explicit" else of_references if reference else ""
+        if parts:
+            text = f'"{step.method}" is for bodies, joints and springs; the scene has {parts}; use "auto"'
             yield Fault(f"step.{number}.solve.method" if plan.written else "solve.method", text)
 
 
 def _unjointed(plan: Plan, methods: tuple[str, ...]) -> Iterator[Fault]:
     """Faults of steps whose method has no ideal joints; `methods` have them."""
     for number, step in enumerate(step for step in plan.steps if step.name != "start" or step.kind != "relax"):
-        if step.kind in ("static", "dynamic") and step.method not in WITH_JOINTS and not step.still:
+        if step.kind in ("static", "dynamic") and step.method not in (*WITH_JOINTS, *REFERENCES) and not step.still:
             text = f'"{step.method}" has no ideal joints, `[[scene.joints]]`; other methods have them: '
             yield Fault(f"step.{number}" if plan.written else "solve.method", text + ", ".join(methods))

@@ -32,7 +32,7 @@ from fsm.model.nodes.system.array_forces import rows_times, set_matrix
 from fsm.model.nodes.system.array_kernels import energies as energies_of_nodes
 from fsm.model.nodes.system.array_kernels import present_powers as powers_of_nodes
 from fsm.model.system.array_forces import accept_nodes_and_frames, force, free_bodies, place, renewed_force, retract
-from fsm.model.system.array_locked import advance, consistent, lock
+from fsm.model.system.array_locked import advance, consistent, lock, measure_step
 from fsm.model.system.arrays import TURNED, Joined, matrices_of, sizes
 from fsm.solve.stepping.model import CREASES, KINETIC, NOT_MINIMAL, PANELS, STEADY, Calls
 from fsm.solve.stepping.vectors import copy_into, kept, scaled
@@ -254,7 +254,7 @@ def _powers_of(nodes: Coordinates | None, t: float, drive_force: np.ndarray) -> 
 KERNELS = Calls(
     force, renewed_force, _factorise, _factorise_mass, _solve, _mapped, retract, _mass_times, _stiffness_times,
     _damping_times, _contacts_opened, _part_of_step, _longest_step, _accept, _unable, _energies,
-    _keep_tangent, _powers, lock, advance, consistent, *NOT_MINIMAL,
+    _keep_tangent, _powers, lock, advance, measure_step, consistent, *NOT_MINIMAL,
 )  # fmt: skip
 """Kernels of `Joined` that time steps call."""
 WITH_TREE = KERNELS._replace(**dict(zip(Calls._fields[-len(MINIMAL) :], MINIMAL, strict=True)))

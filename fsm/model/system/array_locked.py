@@ -8,6 +8,8 @@ T u of its vectors has the acceleration T u' + (dT/dt) u.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from fsm.interactions.driven import accelerate_driven
@@ -31,12 +33,18 @@ from fsm.model.system import arrays as at
 from fsm.model.system.array_forces import add_from_frames, free_bodies, place, retract, spread, sum_forces
 from fsm.model.system.arrays import Joined, sizes
 from fsm.model.system.condense import add_condensed
-from fsm.solve.stepping.vectors import copy_into
+from fsm.solve.stepping.vectors import copy_into, scaled
 
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
+_POINTS = tuple((0.5 + 0.5 * s, 0.5 * w) for s, w in zip(_NODES.tolist(), _WEIGHTS.tolist(), strict=True))
+_POINTS = (*_POINTS, (0.5 - 0.5 / math.sqrt(3.0), -0.5), (0.5 + 0.5 / math.sqrt(3.0), -0.5))
+"""Gauss points of a step, and their weights: four for the mean gradient, then both of the mean-force method."""
 MOST = 50
 """Largest number of solutions of a projection."""
 STALLED = 0.25
 """Ratio of successive errors (squares) above which only round-off is left."""
+SETTLED = 1e-20
+"""Change (a square) of accelerations relative to them, at which friction is that of the reactions."""
 EXACT = 1e-26
 """Error (a square) relative to the first ones, at which rates and accelerations are exact."""
 
@@ -62,6 +70,17 @@ def advance(model: Joined, change: np.ndarray) -> bool:
     table = model.bodies.table
     spread(model, change, floats_2d(table, rows.RATES))
     do_along_rates(model.bodies, table, rows.STEP, 1.0)
+    return True
+
+
+@kernel
+def measure_step(model: Joined, t: float, h: float, q: np.ndarray, x: np.ndarray) -> bool:
+    """See `fsm.solve.stepping.model`."""
+    _place(model, t + h, retract(model, q, x), x)
+    project(model.bodies, t + h, rows.AT_END)
+    for part, weight in _POINTS:
+        place(model, t + part * h, retract(model, q, scaled(part, x)), x)
+        project(model.bodies, weight, rows.ALONG_STEP)
     return True
 
 
@@ -135,8 +154,9 @@ def _place(model: Joined, t: float, q: np.ndarray, u: np.ndarray) -> None:
 
 @kernel
 def _in_tree(model: Joined, inside: bool) -> bool:
-    """Whether a state is inside a step, and the joints form no loops."""
-    return inside and floats_1d(model.bodies.table, rows.INTERVAL)[rows.LOOPS] == 0.0
+    """Whether a state is inside a step, and the joints form no loops and have no friction that follows reactions."""
+    interval = floats_1d(model.bodies.table, rows.INTERVAL)
+    return inside and interval[rows.LOOPS] == 0.0 and interval[rows.FEELS] == 0.0
 
 
 @kernel
@@ -239,14 +259,40 @@ def _add_on_nodes(
 
 
 @kernel
+def settled(model: Joined, t: float, before: np.ndarray, rate: np.ndarray) -> bool:
+    """Whether friction that follows reactions is that of the multipliers which belong to it. If not, the multipliers become
+    zero for another solution.
+
+    Forces have the multipliers of the last solution. These iterations converge if friction changes reactions by less than
+    itself; explicit steps end where they do not, as in a joint that jams. `before` (nu,) becomes the accelerations.
+    """
+    change = size = 0.0
+    for i in range(rate.shape[0]):
+        change += (rate[i] - before[i]) ** 2
+        size += rate[i] ** 2
+        before[i] = rate[i]
+    if change <= SETTLED * size:
+        return True
+    _measure_and_factorise(model, t)
+    return False
+
+
+@kernel
 def consistent(model: Joined, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, inside: bool) -> bool:
     """See `fsm.solve.stepping.model`."""
     if not lock_bodies(model.bodies, 0.0):
         return False
-    inside = inside and model.table.shape[0] == 0  # without nodes
-    close_openings(model, t, q, u, inside)
-    sum_forces(model, t, 0.0, 1.0)
-    return bool(find_multipliers(model, t, rate, _forces_on_nodes(model.nodes, model, q), inside))
+    feels, before = floats_1d(model.bodies.table, rows.INTERVAL)[rows.FEELS] > 0.0, np.zeros(rate.shape[0])
+    stays = inside and model.table.shape[0] == 0  # without nodes
+    close_openings(model, t, q, u, stays)
+    for _ in range(MOST):
+        sum_forces(model, t, 0.0, 1.0)
+        find_multipliers(model, t, rate, _forces_on_nodes(model.nodes, model, q), stays)
+        if not feels or settled(model, t, before, rate):
+            return True
+    if inside:
+        rate[:] = np.nan
+    return True
 
 
 @kernel

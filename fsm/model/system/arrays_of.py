@@ -278,7 +278,8 @@ def _arrays(
 def _interval(system: SegmentForces, pattern: BodyPattern) -> np.ndarray:
     """See `Arrays`."""
     per_moment = 1.0 / system.arm if system.locking else 0.0
-    return np.array([0.0, 0.0, 0.0, 0.0, _pace(system), per_moment, float(have_loops(system.locking, pattern.dof))])
+    loops, feels = have_loops(system.locking, pattern.dof), system.feels_reactions
+    return np.array([0.0, 0.0, 0.0, 0.0, _pace(system), per_moment, float(loops), float(feels)])
 
 
 def _pace(system: SegmentForces) -> float:

@@ -81,6 +81,7 @@ class SegmentForces(Configuration):
         self._sliding = tuple(group for group in groups if isinstance(group, ElementGroup) and len(group.memory_of))
         self.remembers = bool(self._sliding)
         self.locking = tuple(group for group in groups if isinstance(group, ElementGroup) and group.locks)
+        self.feels_reactions = any(isinstance(group, ElementGroup) and group.feels_reactions for group in groups)
         frictions = [group.friction for group in self._contacts if group.friction is not None]
         self.bristles = any(friction.law.bristle for friction in frictions)
         # springs without dampers do not depend on the last state
@@ -289,10 +290,10 @@ class SegmentForces(Configuration):
 
     @cached_property
     def tree(self) -> JointTree:
-        """Tree of joints of the free bodies, in space."""
+        """Tree of joints of the free bodies, in space; without links if forces depend on reactions."""
         from fsm.model.elements.joint_trees import joint_tree
 
-        locking = self.locking if self.spatial else ()
+        locking = self.locking if self.spatial and not self.feels_reactions else ()
         return joint_tree(locking, len(self.bodies.names), self.bodies.free, bool(self.motions))
 
     def lock(self, by_acceleration: float) -> bool:

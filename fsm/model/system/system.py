@@ -183,17 +183,33 @@ class SegmentSystem(SegmentForces):
 
     # protocol: locked directions --------------------------------------------------------------------------------------
 
+    def measure_step(self, t: float, h: float, q: np.ndarray, x: np.ndarray) -> bool:
+        """See `System`."""
+        if not self.locking:
+            return False
+        from fsm.model.system.array_locked import measure_step
+
+        model = self._locked[0]
+        return bool(enter(model.equations.factorise, measure_step, model, float(t), float(h), q, x))
+
     def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, inside: bool = False) -> bool:
         """See `System`."""
         if not self.locking:
             return False
-        from fsm.model.system.array_locked import close_openings, find_multipliers
+        from fsm.model.system.array_locked import MOST, close_openings, find_multipliers, settled
 
         model, (arrays, _), _ = self._locked
         known = model.equations.factorise
         enter(known, close_openings, model, float(t), q, u, inside)
-        arrays.force[:] = self._all_forces(self.state(t, q, u))
-        return bool(enter(known, find_multipliers, model, float(t), rate, q[:0], inside))
+        before = np.zeros(self.nu)
+        for _ in range(MOST):
+            arrays.force[:] = self._all_forces(self.state(t, q, u))
+            enter(known, find_multipliers, model, float(t), rate, q[:0], inside)
+            if not self.feels_reactions or enter(known, settled, model, float(t), before, rate):
+                return True
+        if inside:
+            rate[:] = math.nan
+        return True
 
     def without_locks(self) -> SegmentSystem:
         """See `SegmentForces`."""

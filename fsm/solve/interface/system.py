@@ -298,6 +298,10 @@ class System(Protocol):
         """Locked directions of springs at rest; None without any."""
         return None
 
+    def measure_step(self, t: float, h: float, q: np.ndarray, x: np.ndarray) -> bool:
+        """Begin an iteration of the mean-force method; see `fsm.solve.stepping.model`. False without locked directions."""
+        return False
+
     def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, inside: bool = False) -> bool:
         """Make a state consistent with locked directions; see `fsm.solve.stepping.model`."""
         return False

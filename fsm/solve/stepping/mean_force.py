@@ -118,8 +118,9 @@ def _fixed_step(model: Any, motion: MeanMotion, rules: MeanRules, target: float)
         counts[newton.DIVISION], sizes[newton.COST] = 2 * counts[newton.DIVISION], BETWEEN
         if counts[newton.DIVISION] > _FINEST:
             return NO_SOLUTION
-    divide(motion, _spent(motion) - spent)
     newton.accept_step(model, motion, h, x, end, found)
+    if not calls.lock(model, 0.0):  # the tangent of locked directions is new in each iteration, also in shorter steps
+        divide(motion, _spent(motion) - spent)
     return STEPPED
 
 
@@ -209,6 +210,7 @@ def _start(model: Any, motion: MeanMotion, rules: MeanRules, left: float) -> boo
         return False
     sizes[newton.FACTORED] = 0.0
     rate = calls.solve(model, right)
+    calls.consistent(model, sizes[newton.TIME], motion.q.copy(), motion.u.copy(), rate, False)
     pace = max(mean_ratio(motion.u, rules.size), math.sqrt(mean_ratio(rate, rules.size)))
     sizes[newton.NEXT] = min(_FIRST * left, rules.max_step)
     if pace > 0.0:

@@ -69,6 +69,8 @@ class MeanMotion(NamedTuple):
     Attributes
     ----------
     q, u : configuration (nq,) and velocity (nu,)
+    consistent : (nu,) array
+        Velocity without the part of u that opens locked directions; u without locked directions.
     mean, mean_before : (nu,) arrays
         Mean rates of the last two steps; rates at the ends contain stiff vibrations.
     rate : (nu,) array
@@ -86,6 +88,7 @@ class MeanMotion(NamedTuple):
 
     q: np.ndarray
     u: np.ndarray
+    consistent: np.ndarray
     mean: np.ndarray
     mean_before: np.ndarray
     rate: np.ndarray
@@ -139,6 +142,7 @@ def _residual(model: Any, motion: MeanMotion, h: float, x: np.ndarray) -> np.nda
     """Residual of forces and inertia, N."""
     motion.counts[FORCES] += 2
     rate, q = scaled(1.0 / h, x), motion.q
+    calls.measure_step(model, motion.sizes[TIME], h, q, x)
     early = calls.force(model, _at(motion, h, _EARLY), calls.retract(model, q, scaled(_EARLY, x)), rate)
     late = calls.force(model, _at(motion, h, _LATE), calls.retract(model, q, scaled(_LATE, x)), rate)
     return mean_balance(early, late, calls.mass_times(model, changed_rate(x, h, motion.u)))
@@ -175,7 +179,8 @@ def solved(model: Any, motion: MeanMotion, rules: MeanRules, h: float) -> tuple[
     """Whether Newton's method converges, and the increment of the step."""
     fixed, tolerance = rules.fixed_step > 0.0, rules.newton_tolerance
     x = scaled(h, predicted_rate(motion, rules, h))
-    renew, before = h != motion.sizes[FACTORED], 0.0
+    locks = calls.lock(model, 2.0 / h**2)  # the penalties of locked directions turn with the bodies
+    renew, before = locks or h != motion.sizes[FACTORED], 0.0
     residual = _residual(model, motion, h, x)
     secants = no_secants(rules.weight, _ITERATIONS)
     for _ in range(_ITERATIONS):
@@ -184,7 +189,10 @@ def solved(model: Any, motion: MeanMotion, rules: MeanRules, h: float) -> tuple[
                 return False, x
             clear(secants)
         motion.counts[ITERATIONS] += 1
-        dx = improved(secants, calls.mapped(model, calls.solve(model, residual)))
+        change = calls.solve(model, residual)
+        if locks:
+            calls.advance(model, change)
+        dx = improved(secants, calls.mapped(model, change))
         size = mean_ratio(dx, rules.size)
         if not math.isfinite(size):
             return False, x
@@ -198,11 +206,11 @@ def solved(model: Any, motion: MeanMotion, rules: MeanRules, h: float) -> tuple[
         if converged and not opened and (exact or _residual_work(model, motion, h, x, residual) <= 1.0):
             return True, moved(x, 1.0, dx)
         start = x
-        x, residual = _moved(model, motion, h, x, dx, residual)
+        x, residual = _moved(model, motion, h, x, dx, residual, locks)
         if converged and not opened and _residual_work(model, motion, h, x, residual) <= 1.0:
             return True, x
         add(secants, subtracted(x, start), dx)
-        renew = opened or (before > 0.0 and contraction > rules.slow)
+        renew = locks or opened or (before > 0.0 and contraction > rules.slow)
         before = size
     return False, x
 
@@ -217,13 +225,13 @@ def _residual_work(model: Any, motion: MeanMotion, h: float, x: np.ndarray, resi
 
 @shared
 def _moved(
-    model: Any, motion: MeanMotion, h: float, x: np.ndarray, dx: np.ndarray, residual: np.ndarray
+    model: Any, motion: MeanMotion, h: float, x: np.ndarray, dx: np.ndarray, residual: np.ndarray, whole: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Increment after a correction that does not overshoot, and its residual."""
+    """Increment after a correction that does not overshoot, or after the `whole` one, and its residual."""
     part, start = 1.0, inner(dx, residual)
     later = moved(x, part, dx)
     after = _residual(model, motion, h, later)
-    for _ in range(_CUTS):
+    for _ in range(0 if whole else _CUTS):
         end = inner(dx, after)
         if end >= -_OVERSHOT * abs(start):
             break
@@ -270,9 +278,12 @@ def accept_step(model: Any, motion: MeanMotion, h: float, x: np.ndarray, end: fl
     copy_into(motion.mean, motion.mean_before)
     copy_into(rate, motion.mean)
     sizes[LAST_BEFORE], sizes[LAST] = sizes[LAST], h
-    later = end_velocity(x, h, motion.u)
+    later, faster = end_velocity(x, h, motion.u), changed_rate(x, h, motion.u)
     copy_into(calls.retract(model, motion.q, x), motion.q)
     copy_into(later, motion.u)
+    copy_into(later, motion.consistent)
+    before = np.nextafter(end, -math.inf)  # motors jump at breaks
+    calls.consistent(model, before, motion.q.copy(), motion.consistent, faster, False)
     sizes[TIME] = end
     counts[STEPS] += 1
     sizes[LONGEST] = calls.accept(model, end, motion.q, motion.u)

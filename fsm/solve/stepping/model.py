@@ -46,6 +46,7 @@ class Calls(NamedTuple):
     powers: Any
     lock: Any
     advance: Any
+    measure_step: Any
     consistent: Any
     to_minimal: Any
     minimal_rates: Any
@@ -65,7 +66,8 @@ class ArrayModel(NamedTuple):
         t, state = 0.0, (0.0, q, u)
         arguments = Calls(
             state, state, (t, t, u, True), (), (u,), (u,), (q, u), (u,), (u,), (u,), (), (*state, t), state, state, (),
-            (*state, t, u), (t, t, True), (*state, np.zeros((2, 0)), u), (t,), (u,), (*state, u, True),
+            (*state, t, u), (t, t, True), (*state, np.zeros((2, 0)), u), (t,), (u,), (t, *state),
+            (*state, u, True),
             (*state, q, u), (*state, q, u, np.zeros((2, 0)), u, True), (q, u, q, u), (q, q, u, u, u),
         )  # fmt: skip
         example = Example(arrays)
@@ -200,6 +202,15 @@ def advance(model: Any, change: np.ndarray) -> bool:
     return bool(model.advance(change))
 
 
+def measure_step(model: Any, t: float, h: float, q: np.ndarray, x: np.ndarray) -> bool:
+    """Begin an iteration of the mean-force method after `lock`, for the step h (s) from t and q with the increment x (nu,).
+
+    Openings of locked directions are then those at the end of the step, and their efforts act at both Gauss points along
+    gradients whose mean does no work in the step. False without locked directions.
+    """
+    return bool(model.measure_step(t, h, q, x))
+
+
 def consistent(model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, inside: bool) -> bool:
     """Make a state consistent with locked directions; false, without changes, if there are none.
 
@@ -266,6 +277,12 @@ def never_advances(model: Any, change: np.ndarray) -> bool:
 
 
 @kernel
+def never_measures(model: Any, t: float, h: float, q: np.ndarray, x: np.ndarray) -> bool:
+    """`measure_step` of models without locked directions."""
+    return False
+
+
+@kernel
 def always_consistent(
     model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, inside: bool
 ) -> bool:
@@ -306,7 +323,7 @@ def never_from_minimal_changes(
 
 NOT_MINIMAL = never_to_minimal, never_minimal_rates, never_from_minimal, never_from_minimal_changes
 """Last kernels of `Calls` for models without minimal coordinates."""
-UNLOCKED = never_locks, never_advances, always_consistent
+UNLOCKED = never_locks, never_advances, never_measures, always_consistent
 """Kernels of `Calls` before the last ones, for models without locked directions."""
 
 

@@ -15,8 +15,9 @@ from fsm.solve.interface.records import Energy
 from fsm.solve.outcome.energy_balance import EnergyBalance
 from fsm.solve.outcome.restart_points import State
 from fsm.solve.outcome.status import Outcome
+from fsm.solve.time.jointed_equations import equations_of
 from fsm.solve.time.run import Run
-from fsm.solve.time.scipy_ivp import FirstOrder, make_solver, resume, solver_state
+from fsm.solve.time.scipy_ivp import make_solver, resume, solver_state
 
 _NODES = 0.5 + 0.5 * np.array([-math.sqrt(0.6), 0.0, math.sqrt(0.6)])
 _WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18.0
@@ -36,7 +37,7 @@ class DenseRun(Run):
     def go(self) -> None:
         """See `Run`."""
         settings = self.settings
-        self.equations = FirstOrder(self.system)
+        self.equations = equations_of(self.system)
         # a one-step method may stop at every save; with interpolation between steps, the forces of stiff springs have
         # far larger errors than the positions (rigid panels at rtol 1e-5: 5e-3 in forces, 4e-4 in positions)
         exact = settings.method in _ENDS_AT_SAVES
@@ -61,7 +62,7 @@ class DenseRun(Run):
                 self._account(solver.t, state, dense)
                 while self.pending and self.pending[0] <= solver.t:
                     self._save_between(self.pending.pop(0), solver.t, dense, before)
-                q, u = self.equations.split(state.copy())
+                q, u = self.equations.at(solver.t, state.copy())
                 rejection = self.system.rejection(solver.t, q, u, solver.t - self.time)
                 if rejection is not None and rejection.reason:  # these methods cannot repeat a step with another size
                     self._fail(Outcome.CROSSED, rejection.reason)
@@ -106,11 +107,11 @@ class DenseRun(Run):
         self._driven = self.last.energy.driven
         for node, weight in zip(_NODES, _WEIGHTS, strict=True):
             at = self.time + node * step
-            q, u = self.equations.split(dense(at))
+            q, u = self.equations.at(at, dense(at))
             observed = self.system.observe(at, q, u)
             self._add(self.energy_balance, weight * step, observed.energy)
             self._look(at, q, u, observed)
-        q, u = self.equations.split(state)
+        q, u = self.equations.at(end, state)
         self.last = self.system.observe(end, q, u)
         self.energy_balance.work += self.last.energy.driven - self._driven
         self._look(end, q, u, self.last)
@@ -123,15 +124,15 @@ class DenseRun(Run):
 
     def _save_between(self, at: float, end: float, dense: Callable[[float], np.ndarray], before: EnergyBalance) -> None:
         """Save states inside or at the end of a step, with the integrals up to their times."""
-        q, u = self.equations.split(dense(at))
         if at >= end:
-            self._save(end, q, u, self.last, self.energy_balance)
+            self._save(end, *self.equations.at(at, dense(at)), self.last, self.energy_balance)
             return
         step = at - self.time
         until = replace(before)
         for node, weight in zip(_NODES, _WEIGHTS, strict=True):
             t = self.time + node * step
-            self._add(until, weight * step, self.system.energy(t, *self.equations.split(dense(t))))
+            self._add(until, weight * step, self.system.energy(t, *self.equations.at(t, dense(t))))
+        q, u = self.equations.at(at, dense(at))
         observed = self.system.observe(at, q, u)
         until.work += observed.energy.driven - self._driven
         self._save(at, q, u, observed, until)

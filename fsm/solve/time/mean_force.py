@@ -45,7 +45,7 @@ class MeanForce(StepMethod):
     one_step, in_python = staticmethod(take_step), staticmethod(march_mean_force)
     in_kernel = staticmethod(march_mean_force_arrays)
     following = stepping.NEXT
-    kept = "mean", "mean_before", "rate", "sizes", "counts"
+    kept = "u", "consistent", "mean", "mean_before", "rate", "sizes", "counts"
 
     def __init__(
         self,
@@ -68,7 +68,7 @@ class MeanForce(StepMethod):
         q, u = np.array(q, dtype=float), np.array(u, dtype=float)
         forces = np.zeros(len(observed.drive.force))
         motion = MeanMotion(
-            q, u, u.copy(), u.copy(), np.zeros(len(u)), sizes, counts, pairs, pairs.copy(), forces
+            q, u, u.copy(), u.copy(), u.copy(), np.zeros(len(u)), sizes, counts, pairs, pairs.copy(), forces
         )
         super().__init__(system, t, q, motion, step is None)
 
@@ -82,6 +82,7 @@ class MeanForce(StepMethod):
     def _begin(self) -> None:
         """See `StepMethod`; before the first step, energies of the initial state are stored too."""
         super()._begin()
+        self.motion = self.motion._replace(consistent=self.motion.consistent.copy())
         sizes = self.motion.sizes
         if sizes[stepping.LAST] == 0.0:
             energy = self.system.energy(self.t, self.q, self.u)
@@ -91,6 +92,11 @@ class MeanForce(StepMethod):
             driven = 0.5 * float(scales.driven_velocity @ self.system.momentum(self.q, scales.driven_velocity))
             whole = sum(map(abs, energy.potential.values())) + scales.work + driven
             sizes[stepping.ROUND_OFF] = _ROUND_OFF * whole
+
+    @property
+    def u(self) -> np.ndarray:
+        """Present velocity, (nu,), at which no locked direction opens."""
+        return np.asarray(self.motion.consistent)
 
     def observe(self) -> Observation:
         """Quantities of the present state; forces of drives are means over the last step."""

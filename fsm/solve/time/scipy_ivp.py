@@ -50,6 +50,9 @@ class FirstOrder:
     force_calls, jacobian_calls : int
     """
 
+    differences = False
+    """Whether Jacobians are finite differences."""
+
     def __init__(self, system: System) -> None:
         self.system = system
         self.nq = system.nq
@@ -72,6 +75,10 @@ class FirstOrder:
     def split(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """q and u of a state."""
         return y[: self.nq], y[self.nq :]
+
+    def at(self, t: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """q and u of a state for records."""
+        return self.split(y)
 
     def rate(self, t: float, y: np.ndarray) -> np.ndarray:
         """y' = (T u, M^-1 h)."""
@@ -143,6 +150,8 @@ def make_solver(
         jacobian = equations.structured_jacobian
         return StructuredRadau(equations.rate, t, y, end, system=equations.system, jac=jacobian, **options)
     kind: Callable[..., OdeSolver] = {"Radau": Radau, "BDF": BDF}[method]
+    if equations.differences:
+        return kind(equations.rate, t, y, end, **options)
     if not equations.coupled:
         return kind(equations.rate, t, y, end, jac=equations.jacobian, **options)
     # (gamma I - J) x = b as (gamma W - W J) x = W b with the weight W = diag(1, M): M^-1 K would be full
@@ -154,8 +163,8 @@ def make_solver(
 
 def _first_step(equations: FirstOrder, t: float, y: np.ndarray, end: float, rtol: float, max_step: float) -> float:
     """First step of Radau and BDF, s."""
-    size, (q, u) = equations.system.scales().increment, equations.split(y)
-    rate = equations.system.acceleration(math.nextafter(t, math.inf), q, u)
+    size, (_, u) = equations.system.scales().increment, equations.split(y)
+    rate = equations.rate(math.nextafter(t, math.inf), y)[equations.nq :]
     pace = max(mean_ratio(u, size), math.sqrt(mean_ratio(rate, size)))
     first = _FIRST_PART * rtol ** (1.0 / 3.0) / pace if pace > 0.0 else _FIRST_STEP * (end - t)
     return float(min(first, end - t, max_step))
@@ -200,6 +209,11 @@ def _lsoda(
     equations: FirstOrder, t: float, y: np.ndarray, end: float, rtol: float, atol: np.ndarray, max_step: float
 ) -> OdeSolver:
     """LSODA with a banded Jacobian where possible: states are reordered by reverse Cuthill-McKee."""
+    # from a state at rest, the default first step of LSODA is far too long for stiff springs, and LSODA fails after ten
+    # reductions
+    options: dict[str, Any] = {"rtol": rtol, "max_step": max_step, "first_step": min(_FIRST_STEP * (end - t), max_step)}
+    if equations.differences:
+        return LSODA(equations.rate, t, y, end, atol=atol, **options)
     pattern = _structure(equations, t, y)
     order = np.asarray(reverse_cuthill_mckee(pattern + pattern.T, symmetric_mode=True))
     position = np.empty(len(order), dtype=np.int64)
@@ -207,9 +221,6 @@ def _lsoda(
     row, column = pattern.nonzero()
     reach = position[row] - position[column]
     lower, upper = int(max(reach.max(initial=0), 0)), int(max((-reach).max(initial=0), 0))
-    # from a state at rest, the default first step of LSODA is far too long for stiff springs, and LSODA fails after ten
-    # reductions
-    options: dict[str, Any] = {"rtol": rtol, "max_step": max_step, "first_step": min(_FIRST_STEP * (end - t), max_step)}
     banded = lower + upper + 1 <= _BAND_WORTHWHILE * len(y) and equations.system.fixed_pattern
     entries = len(y) * (2 * lower + upper + 1 if banded else len(y))
     if entries > _LARGEST:
