@@ -418,10 +418,10 @@ class JoinedSystem(JoinedConfiguration):
         super().to_arrays(resolve)
         self._array_near[:] = self._near
 
-    def from_arrays(self) -> np.ndarray:
+    def from_arrays(self) -> None:
         """See `to_arrays`."""
         self._near = self._array_near.copy()
-        return super().from_arrays()
+        super().from_arrays()
 
 
 def pressure_of(load: Load, faces: PressedFaces) -> PressureGroup:

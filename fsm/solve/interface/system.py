@@ -250,16 +250,17 @@ class System(Protocol):
         """
         return
 
-    def from_arrays(self) -> np.ndarray:
-        """Copy the internal variables from the arrays; returns the energy (2, n_pairs) that contact pairs dissipated, J."""
-        return np.zeros((2, 1))
+    def from_arrays(self) -> None:
+        """Copy the internal variables from the arrays."""
+        return
 
-    def contacts_opened(self) -> bool:
-        """Whether contacts that were closed in the last tangents are open in the last evaluated state.
+    def touching(self) -> tuple[int, bool]:
+        """Number of contacts with a force in the last evaluated state, and whether contacts that were closed in the last
+        tangents are open in this state.
 
         The tangents are then too stiff, so a small correction does not prove convergence.
         """
-        return False
+        return 0, False
 
     def lock(self, by_acceleration: float) -> bool:
         """Begin Newton's method of a step; see `fsm.solve.stepping.model`. False without locked directions."""
