@@ -1,4 +1,4 @@
-"""Energy balance of impacts: the energy that contacts dissipate is integrated along each step, also where they begin and end."""
+"""Energy balance of impacts: contacts dissipate energy along each step, also where they begin and end."""
 
 from __future__ import annotations
 

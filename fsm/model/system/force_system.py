@@ -6,6 +6,7 @@ bodies have no degrees of freedom; the forces on them are summed like all others
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from collections.abc import Sequence
 from functools import cached_property
@@ -121,8 +122,8 @@ class SegmentForces(Configuration):
         """Typical sizes.
 
         The scale of the length is the median length of segments, else of solids, else the distance between bodies. The scale
-        of the speed is the largest initial speed, or follows from the drives, else from the forces at rest. The contact
-        forces give the resolution of increments.
+        of the speed is the largest initial speed, or follows from the drives, else from the forces at rest. Contact
+        forces and latches that open give the resolution of increments.
         """
         free = np.ones(self.nu, dtype=bool)
         return self._sized(self._body_length, self.spread, *self._positions, free)
@@ -133,7 +134,8 @@ class SegmentForces(Configuration):
         fastest = float(np.abs(self.bodies.rate[:, : 3 if self.spatial else 2]).max(initial=0.0))
         at_rest = AtRest(0.0, 0.0) if drives else scales_at_rest(self, free, in_u, max(extent, length))
         speed, turns = max(drives, fastest) or at_rest.speed, [motion.axis is not None for motion in self.motions]
-        resolution = self.contacts.resolution
+        of_elements = (group.resolution(length) for group in self.groups if isinstance(group, ElementGroup))
+        resolution = min(self.contacts.resolution, *of_elements, math.inf)
         return Scales.of(length, extent, drives, speed, in_q, in_u, free, resolution, turns, at_rest.work)
 
     @cached_property

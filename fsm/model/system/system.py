@@ -318,6 +318,11 @@ class SegmentSystem(SegmentForces):
         at = self.state(t, q, u, before)
         return self._energy(at, self._reactions(at))
 
+    def loss_of_elements(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> float:
+        """See `System`."""
+        at = self.state(t, q, u, before)
+        return sum(group.energy(at)[1] for group in self.groups if not isinstance(group, ContactGroup))
+
     def reactions(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> np.ndarray:
         """See `System`."""
         reactions = self._reactions(self.state(t, q, u, before))

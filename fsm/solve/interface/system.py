@@ -166,6 +166,10 @@ class System(Protocol):
         """Energies and powers of a state."""
         ...
 
+    def loss_of_elements(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> float:
+        """Power that all parts except contacts dissipate in a state, W."""
+        return self.energy(t, q, u, before).dissipated_power
+
     def reactions(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
         """Reaction wrench on each held or driven body, (n_bodies, 3 or 6), N and N m; zero for free bodies."""
         ...

@@ -36,9 +36,10 @@ the turnover. LOSSES is 1 if losses are checked too. DRIVEN is the kinetic energ
 BALANCE is the length of the array."""
 
 _CERTAIN = 0.1
-"""Bound of the difference of the energies that dampers of elements dissipate along a step and in the balance, relative to its numerical
-dissipation. Where stiff springs turn by much in a step, their forces along the step are not those of the motion, and
-differ by more; so does the numerical dissipation from the kinetic energy, which is its other bound. It is then left out."""
+"""Bound of the difference of the energies that dampers of elements dissipate along a step and in the balance, relative to
+its numerical dissipation. Where stiff springs turn by much in a step, their forces along the step are not those of the
+motion, and differ by more; so does the numerical dissipation from the kinetic energy, which is its other bound. It is then
+left out."""
 
 
 @shared
@@ -98,9 +99,9 @@ def march(
     """Take at most `most` steps up to `until`, and return the outcome of the last step.
 
     The dissipated energy of a step is that of the dampers of elements by their mean rates, and that of contacts along the
-    step. `motion.all_pairs` is increased by the latter. The function returns early if the energy error exceeds `balance[ALLOWED]`; the caller then takes single steps.
-    `records` (m, k) receives a record of each step (`fsm.solve.stepping.model`); all steps beyond the last row overwrite
-    this row.
+    step, which is also added to `motion.all_pairs`. The function returns early if the energy error exceeds
+    `balance[ALLOWED]`; the caller then takes single steps. `records` (m, k) receives a record of each step
+    (`fsm.solve.stepping.model`); all steps beyond the last row overwrite this row.
     """
     sizes, last = motion.sizes, records.shape[0] - 1
     # dampers use this state as the previous state

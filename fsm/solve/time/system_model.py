@@ -13,7 +13,7 @@ from fsm.kernels.scatter import effective_stiffness
 from fsm.solve.equations.linear import LinearSolver
 from fsm.solve.interface.records import Linearised, Observation, PreviousState
 from fsm.solve.interface.system import System
-from fsm.solve.outcome.energy_balance import mean_dissipation
+from fsm.solve.outcome.energy_balance import mean_loss_of_elements
 from fsm.solve.stepping.model import CREASES, DRIVES, KINETIC, PANELS, STEADY
 
 
@@ -110,9 +110,7 @@ class SystemModel:
         observed, dissipated = self.observe(t, q, u), 0.0
         energy = observed.energy
         if step > 0.0:
-            pairs, halfway = energy.pair_power.shape[1], self.system.of_vectors
-            dissipated, of_pairs = mean_dissipation(self.system, self._last, (t, q), pairs, halfway)
-            dissipated -= float(of_pairs.sum())
+            dissipated = mean_loss_of_elements(self.system, self._last, (t, q))
         self._last = t, q.copy()
         record[KINETIC], record[STEADY] = energy.kinetic, 0.0  # unknown
         record[PANELS], record[CREASES] = energy.potential.get("panels", 0.0), energy.potential.get("creases", 0.0)
