@@ -45,6 +45,10 @@ from fsm.solve.stepping.accuracy import ACCURATE, trial_vector
 if TYPE_CHECKING:
     from scipy import sparse
 
+_AT_REST = 1e-9
+"""Speed relative to the largest angular velocity times the extent, below which bodies only turn: corrections of initial
+velocities leave round-off, which is no scale."""
+
 
 class NewerMemory(Protocol):
     """Arrays of statics, which hold the memory of contacts (`fsm.model.system.static_arrays.StaticSegments`)."""
@@ -131,7 +135,10 @@ class SegmentForces(Configuration):
     def _sized(self, length: float, extent: float, in_q: np.ndarray, in_u: np.ndarray, free: np.ndarray) -> Scales:
         """Sizes as in `Scales.of`, with the drives and contacts."""
         drives = OF_DRIVES * max((motion.pace(extent) for motion in self.motions), default=0.0)
-        fastest = float(np.abs(self.bodies.rate[:, : 3 if self.spatial else 2]).max(initial=0.0))
+        rates, n = np.abs(self.bodies.rate), 3 if self.spatial else 2
+        fastest = float(rates[:, :n].max(initial=0.0))
+        if fastest <= _AT_REST * extent * rates[:, n:].max(initial=0.0):
+            fastest = 0.0
         at_rest = AtRest(0.0, 0.0) if drives else scales_at_rest(self, free, in_u, max(extent, length))
         speed, turns = max(drives, fastest) or at_rest.speed, [motion.axis is not None for motion in self.motions]
         of_elements = (group.resolution(length) for group in self.groups if isinstance(group, ElementGroup))
