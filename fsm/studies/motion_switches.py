@@ -86,7 +86,7 @@ class JointSwitches:
         """State of the latches at the last accepted step, (m,)."""
         group = self._groups[0]
         m = 0 if group is None else len(group.start)
-        return np.zeros(0) if group is None else group.memory_of[law.LATCHED * m : (law.LATCHED + 1) * m].copy()
+        return np.zeros(0) if group is None else np.sign(group.memory_of[law.LATCHED * m : (law.LATCHED + 1) * m])
 
     def values(self, which: int, t: float, q: np.ndarray, u: np.ndarray, latched: np.ndarray) -> np.ndarray:
         """Switching functions of system number `which`, (m, 3) as one array, rad or m.

@@ -112,6 +112,23 @@ def test_a_spherical_pendulum(tmp_path: Path) -> None:
     assert of(result, "joint.ball.force") == pytest.approx(pull, abs=1e-4 * np.abs(pull).max())
 
 
+def test_a_shaft_with_a_cross_whose_second_half_is_given_no_velocity(tmp_path: Path) -> None:
+    """The velocity of the second half is corrected; it turns with w cos b/(1 - sin(b)^2 sin(w t)^2)."""
+    bend, speed = 0.4, 5.0
+    along = np.array([math.cos(bend), 0.0, math.sin(bend)])
+    halves = body("in", [-0.2, 0, 0], [0.01] * 3, angular_velocity=[speed, 0.0, 0.0]), body("out", 0.2 * along, [0.01] * 3)
+    driven = joint("p", "revolute", "ground", "in", [-0.2, 0, 0], axis=[1, 0, 0]) | {"motor": {"speed": speed}}
+    cross = joint("u", "universal", "in", "out", [0, 0, 0], axis=[0, 1, 0], second_axis=np.cross(along, [0, 1, 0]))
+    bearing = joint("q", "cylindrical", "ground", "out", 0.2 * along, axis=along)
+    case = mechanism([*halves], [driven, cross, bearing], 1.0, 0.05)
+    result = run(case | {"gravity": [0.0] * 3}, tmp_path)
+    assert any("initial velocities open the joints" in text for text in result.summary["warnings"])
+    found = np.linalg.norm(of(result, "body.out.angular_velocity"), axis=1)
+    expected = speed * math.cos(bend) / (1.0 - (math.sin(bend) * np.sin(speed * result.time)) ** 2)
+    assert found == pytest.approx(expected, abs=1e-7)
+    assert result.summary["steps"] < 200
+
+
 def test_angles_of_a_cross_give_the_orientation(tmp_path: Path) -> None:
     """The body is turned about the axis on the ground, after a turn about its own axis of the cross."""
     rod = body("rod", [0.1, 0.2, -1.0], [0.1, 0.2, 0.15], velocity=[1.0, 0.5, 0.0], angular_velocity=[0.5, -1.0, 2.0])

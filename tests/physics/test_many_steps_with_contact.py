@@ -105,7 +105,7 @@ def started(system: SegmentSystem, fixed_step: float | None) -> tuple[Generalize
     energy, balance = system.energy(0.0, q, u), np.zeros(BALANCE)
     balance[balances.START], balance[balances.POWER] = energy.stored, energy.input_power
     balance[balances.SHORTEST], balance[balances.ALLOWED], balance[balances.DRIVEN] = np.inf, np.inf, energy.driven
-    return GeneralizedAlpha(system, 0.0, q, u, 1e-4, fixed_step=fixed_step), balance
+    return GeneralizedAlpha(system, 0.0, q, u, 1e-4, fixed_step=fixed_step, first=system.observe(0.0, q, u)), balance
 
 
 @pytest.mark.parametrize("fixed_step", [None, 1e-4], ids=["controlled", "fixed"])
@@ -129,7 +129,7 @@ def test_same_steps(name: str, spatial: bool, fixed_step: float | None) -> None:
     assert np.abs(balance[:9] - others[:9]).max() < 1e-6 * turnover
     known = np.arange(records.shape[1]) != STEADY
     assert np.abs(records - expected)[:, known].max() < 1e-5 * np.abs(expected).max()
-    assert np.abs(compiled.pair_energy - python.model.pair_energy).max() < 1e-6 * turnover
+    assert np.abs(compiled.pair_energy - python.motion.all_pairs).max() < 1e-6 * turnover
     assert balance[balances.DISSIPATED] > 1e-3 * turnover
     memory = python.system.memory()
     assert compiled.system.memory() == pytest.approx(memory, rel=1e-4, abs=1e-6 * np.abs(memory).max())

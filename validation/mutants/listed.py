@@ -356,6 +356,13 @@ SOLVERS = (
         physics_test("numerical_dissipation", "test_a_linear_oscillator_loses_what_the_method_loses"),
     ),
     Mutant(
+        "a part of the energy that contacts dissipate not counted",
+        "fsm/solve/stepping/generalized_alpha.py",
+        "of_pairs[row, k] *= 0.5 * h / parts",
+        "of_pairs[row, k] *= 0.499 * h / parts",
+        physics_test("impacts_in_the_balance", "test_the_balance_closes_at_the_default_tolerance"),
+    ),
+    Mutant(
         "half of the work of a step counted",
         "fsm/solve/outcome/energy_balance.py",
         "self.work += work",

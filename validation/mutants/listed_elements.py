@@ -460,9 +460,16 @@ JOINTS = (
     Mutant(
         "latches that never close",
         "fsm/model/elements/joint_events.py",
-        "memory[laws.LATCHED * m + i], closed = 1.0, back",
+        "memory[laws.LATCHED * m + i], closed = 2.0, back",
         "memory[laws.LATCHED * m + i], closed = 0.0, back",
         physics_test("ideal_joints", "test_a_latch_holds_a_block_between_itself_and_the_stop"),
+    ),
+    Mutant(
+        "a latch acts in the step in which it closes",
+        "fsm/model/elements/joint_events.py",
+        "memory[laws.LATCHED * m + i], closed = 2.0, back",
+        "memory[laws.LATCHED * m + i], closed = 1.0, back",
+        physics_test("joint_laws", "test_a_latch_does_not_act_in_the_step_in_which_it_closes"),
     ),
     Mutant(
         "steps up to a stop with the force after it",

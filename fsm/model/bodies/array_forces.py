@@ -200,11 +200,10 @@ def present_energies(
         call_at(model.elements[k, at.KEEP_BY], table, own, t, per_second)
     panels, creases = with_springs(table, springs)
     kinetic, height = energies_of_motion(table)
-    drives, pairs = driven_of(table).directions.shape[0], floats_2d(table, at.PAIR_ENERGY).shape[1]
-    pair_force = record[DRIVES + 2 * drives : DRIVES + 2 * drives + pairs]
     if model.groups.shape[0] > 0:
-        contacts, by_contacts = model.by_contacts.stored(table, model.groups, model.contact_laws, t, step, pair_force)
-        lost += by_contacts
+        drives, pair_force = driven_of(table).directions.shape[0], floats_1d(table, at.PAIR_FORCE)
+        contacts = model.by_contacts.stored(table, model.groups, model.contact_laws, t)
+        copy_into(pair_force, record[DRIVES + 2 * drives : DRIVES + 2 * drives + pair_force.shape[0]])
     power, kinetic_driven = input_powers(model, t, record)
     power += of_elements[2]
     record[KINETIC], record[PANELS], record[CREASES] = kinetic, panels, creases

@@ -79,10 +79,8 @@ class Arrays(NamedTuple):
         Derivatives of the increment of the last factors.
     force_scale : (nu,) array
         Divisors of forces, see `fsm.solve.interface.scales.Scales`.
-    pair_energy : (2, n_pairs) array, J
-        Energy that friction and damping of contact pairs have dissipated.
-    before : (n_bodies, 3 or 7) array
-        Poses at the end of the last step.
+    pair_force : (n_pairs,) array, N
+        Normal forces of contact pairs.
     kept_stiffness, kept_damping : block data, see `fsm.solve.stepping.model.keep_tangent`
     last_q : (nq,) array
         Configuration of the last state in statics.
@@ -111,8 +109,7 @@ class Arrays(NamedTuple):
     factors: np.ndarray
     turned: np.ndarray
     force_scale: np.ndarray
-    pair_energy: np.ndarray
-    before: np.ndarray
+    pair_force: np.ndarray
     kept_stiffness: np.ndarray
     kept_damping: np.ndarray
     last_q: np.ndarray
@@ -172,7 +169,7 @@ class Segments(NamedTuple):
 
 
 FREE, MASS, INERTIA, WEIGHT, POSES, RATES, FORCE, STIFFNESS, DAMPING, MATRIX, FACTORS, TURNED = range(12)
-FORCE_SCALE, PAIR_ENERGY, BEFORE, KEPT_STIFFNESS, KEPT_DAMPING, LAST_Q, INTERVAL, DOF, STORED, PATTERN = range(12, 22)
+FORCE_SCALE, PAIR_FORCE, KEPT_STIFFNESS, KEPT_DAMPING, LAST_Q, INTERVAL, DOF, STORED, PATTERN = range(12, 21)
 """Rows of `Segments.table`."""
 FORCE_BY, TANGENT_BY, KEEP_BY, STORED_BY, LOST_BY, ACCEPT_BY, LOCK_BY, ADVANCE_BY, PROJECT_BY, PART_BY = range(10)
 TAKE_UP_BY, BOTH_BY = 10, 12

@@ -282,15 +282,16 @@ def restore_depths(groups: np.ndarray) -> None:
 
 
 @kernel
-def have_opened(groups: np.ndarray) -> bool:
-    """Whether contacts that had a force in the last tangent have no force in the last evaluated state."""
+def touching(groups: np.ndarray) -> tuple[int, bool]:
+    """Number of contacts with a force in the last evaluated state, and whether others of the last tangent have none."""
+    count, opened = 0, False
     for k in range(groups.shape[0]):
         g = contacts_at(groups, k)
         loaded, linearised = g.loaded, g.linearised
         for i in range(loaded.shape[0]):
-            if linearised[i] == 1 and loaded[i] == 0:
-                return True
-    return False
+            count += loaded[i]
+            opened = opened or (linearised[i] == 1 and loaded[i] == 0)
+    return count, opened
 
 
 @kernel

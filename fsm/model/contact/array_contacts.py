@@ -13,10 +13,10 @@ from fsm.interactions.contact.impacts import CORNER_WEIGHT, fraction_before, lon
 from fsm.interactions.contact.pair_sums import FORCE as FORCES
 from fsm.interactions.contact.pair_sums import SLIDING, smallest_gaps, sums_of_pairs
 from fsm.interactions.surfaces.end_taper import add_taper_tangent
-from fsm.kernels.addresses import floats_2d, floats_3d
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d
 from fsm.kernels.jit import kernel, shared
 from fsm.model.bodies import contact_arrays as index
-from fsm.model.bodies.arrays import BEFORE, DAMPING, FORCE, PAIR_ENERGY, POSES, RATES, STIFFNESS
+from fsm.model.bodies.arrays import DAMPING, FORCE, PAIR_FORCE, POSES, RATES, STIFFNESS
 from fsm.model.bodies.contact_arrays import ContactArrays, ContactKernels, LawKernels
 from fsm.model.contact import array_contact_state as contact_state
 from fsm.model.contact.array_contact_state import Weighed
@@ -318,13 +318,9 @@ def _sums(g: ContactArrays, elastic: np.ndarray, pairs: int) -> np.ndarray:
 
 
 @kernel
-def _stored(
-    table: np.ndarray, groups: np.ndarray, laws: LawKernels, t: float, step: float, pair_force: np.ndarray
-) -> tuple[float, float]:
-    """Energy (J) and mean dissipated power (W) of all contacts; writes the normal forces of all pairs."""
-    poses, rates, before = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, BEFORE)
-    pair_energy, stored, power = floats_2d(table, PAIR_ENERGY), 0.0, 0.0
-    pairs = pair_energy.shape[1]
+def _stored(table: np.ndarray, groups: np.ndarray, laws: LawKernels, t: float) -> float:
+    """Energy of all contacts, J; writes the normal forces of all pairs."""
+    poses, rates, pair_force, stored = floats_2d(table, POSES), floats_2d(table, RATES), floats_1d(table, PAIR_FORCE), 0.0
     pair_force[:] = 0.0
     for k in range(groups.shape[0]):
         g = index.contacts_at(groups, k)
@@ -335,32 +331,10 @@ def _stored(
         energy = laws.energy(-g.gap[:count], g.share_of[:count], g.normal)
         for i in range(energy.shape[0]):
             stored += energy[i]
-        of_pair = sums(g, laws, count, pairs)
-        for p in range(pairs):
+        of_pair = sums(g, laws, count, pair_force.shape[0])
+        for p in range(pair_force.shape[0]):
             pair_force[p] += of_pair[FORCES, p]
-    if step > 0.0:
-        mean = contact_state.increments(before, poses)
-        for i in range(mean.shape[0]):
-            for c in range(mean.shape[1]):
-                mean[i, c] /= step
-        for end in range(2):
-            for k in range(groups.shape[0]):
-                g = index.contacts_at(groups, k)
-                if g.state[index.LOSSY] == 0:
-                    continue
-                at = poses if end == 1 else before
-                count = contact_state.find_slots(g, at, 0.0)
-                if count == 0:
-                    continue
-                when = t if end == 1 else t - step
-                contact_state.evaluate(g, laws, when, at, mean, True, count, False)
-                of_pair = sums(g, laws, count, pairs)
-                for p in range(pairs):
-                    for row in range(2):
-                        power += 0.5 * of_pair[SLIDING + row, p]
-                        pair_energy[row, p] += 0.5 * step * of_pair[SLIDING + row, p]
-    copy_into(poses, before)
-    return stored, power
+    return stored
 
 
 @kernel

@@ -55,9 +55,12 @@ class ContactSet(tuple[ContactGroup, ...]):
         """Smallest tolerance of positions that the contact forces require, m."""
         return min((group.resolution for group in self), default=math.inf)
 
-    def contacts_opened(self) -> bool:
-        """Whether contacts that were active at the last linearisation are inactive at the last evaluated state."""
-        return any(group.contacts_opened() for group in self)
+    def touching(self) -> tuple[int, bool]:
+        """Number of contacts with a force in the last evaluated state, and whether others of the last linearisation have
+        none.
+        """
+        found = [group.touching() for group in self]
+        return sum(count for count, _ in found), any(opened for _, opened in found)
 
     def rejection(self, at: BodyState, step: float | None, names: tuple[str, ...]) -> StepRejection | None:
         """Reason to reject a step of this length, s, or None. In statics the length is None: impacts are not resolved."""

@@ -187,9 +187,10 @@ class ContactGroup(Group):
         of_state = found.weighed, found.bristles, at.poses, at.rates, found.number, *sums[2:]
         self.geometry.call_with(sums.pattern, array_contacts.add_tangent, self._laws, *of_state)
 
-    def contacts_opened(self) -> bool:
-        """Whether contacts that were active at the last linearisation are inactive at the last evaluated state."""
-        return not np.isin(self._linearised, self._loaded_keys(self._found)).all()
+    def touching(self) -> tuple[int, bool]:
+        """See `fsm.model.contact.contact_set.ContactSet`."""
+        loaded = self._loaded_keys(self._found)
+        return len(loaded), not np.isin(self._linearised, loaded).all()
 
     def _loaded_keys(self, found: _Evaluated | None) -> np.ndarray:
         """Keys of contacts with a force; a closed contact that opens fast may have none."""

@@ -9,6 +9,7 @@ state; the arrays of the group follow from row `OWN` on.
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from functools import cached_property
 from itertools import combinations
@@ -291,6 +292,10 @@ class ElementGroup(Group):
         return
 
     # memory -----------------------------------------------------------------------------------------------------------
+
+    def resolution(self, length: float) -> float:
+        """Error of positions above which efforts are wrong, whatever the tolerance, m; angles times `length`."""
+        return math.inf
 
     def hold(self, held: bool) -> None:
         """See `System`; by default, forces of a step depend on the present state alone."""

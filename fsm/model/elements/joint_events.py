@@ -106,6 +106,7 @@ def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> flo
     c_before, impact = memory[laws.COORDINATE * m + i], memory[laws.IMPACT * m + i]
     step, hit, closed = t - memory[laws.TIME * m + i], 1.0, 1.0  # parts of the step after the events
     memory[laws.TIME * m + i] = t
+    memory[laws.LATCHED * m + i] = np.sign(memory[laws.LATCHED * m + i])
     if law[laws.STOP] == 0.0 and law[laws.LATCH] == 0.0:
         return 0.0
     if law[laws.LATCH] > 0.0 and memory[laws.LATCHED * m + i] == 0.0:
@@ -117,7 +118,7 @@ def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> flo
             # a stop at the same place has changed the rate of a light edge at once
             if past <= near or laws.stops(own, i, c, rate)[0] == 0.0:
                 speed += (1.0 - back) * (rate - speed)
-            memory[laws.LATCHED * m + i], closed = 1.0, back
+            memory[laws.LATCHED * m + i], closed = 2.0, back
             memory[laws.IN_LATCH * m + i] = _add(own, LATCHES, i, t - back * step, speed, law[laws.LATCH_AT])
     effort = laws.stops_after(own, i, c, c, rate, False)[0]
     outside = c < law[laws.LOWER] or c > law[laws.UPPER]
@@ -141,7 +142,7 @@ def note_events(own: np.ndarray, i: int, t: float, c: float, rate: float) -> flo
         memory[laws.IN_STOP * m + i] = 0.0
     opened = laws.released(own, i, c, rate)
     if laws.opens(own, i, c, rate):
-        memory[laws.LATCHED * m + i] = -1.0
+        memory[laws.LATCHED * m + i] = -2.0
         memory[laws.IN_LATCH * m + i] = 0.0
         _add(own, OPENS, i, t, rate, c)
         effort = laws.stops_after(own, i, c, c, rate, False)[0]

@@ -25,6 +25,9 @@ from fsm.model.elements import joint_laws as law
 from fsm.model.elements.element_group import LAST, ElementGroup, ElementKernels, bodies_of
 from fsm.model.elements.joint_events import WORDS, note_events, part_before_event
 
+_OF_LATCH = 1e-5
+"""Largest error of the effort of a latch in a step, relative to that at which it opens, whatever the tolerance."""
+
 
 @kernel
 def _coordinate(poses: np.ndarray, own: np.ndarray, i: int, gradient: np.ndarray, hessian: np.ndarray) -> float:
@@ -286,6 +289,12 @@ class JointForceGroup(ElementGroup):
         memory[law.COORDINATE * len(self.start) :][: len(self.start)] = self.start
         memory[law.SPRING_SLID * len(self.start) :][: len(self.start)] = self.laws[:, law.SPRING_BEGINS]
         return memory
+
+    def resolution(self, length: float) -> float:
+        """See `ElementGroup`: latches open at an effort that their stiffness and the coordinate give."""
+        rows = self.laws[:, law.OPENS_AT] < math.inf
+        most = _OF_LATCH * self.laws[rows, law.OPENS_AT] / self.laws[rows, law.LATCH]
+        return float(np.where(self.kinds[rows] == TURN, length * most, most).min(initial=math.inf))
 
     def hold(self, held: bool) -> None:
         """See `ElementGroup`."""

@@ -43,7 +43,8 @@ NO_MOTOR, TORQUE, CURVE, GOVERNED = range(4)
 COORDINATE, LATCHED, BRISTLE, HARNESS, IMPACT, EFFORT, BENT, LOST, TIME, BEFORE, IN_STOP, IN_LATCH, RATE = range(13)
 SPRING_SLID = 13
 FIELDS = 14
-"""Memory of a coordinate: coordinate, state of the latch (0 open, 1 closed, -1 opened by force), deflection of the bristles,
+"""Memory of a coordinate: coordinate, state of the latch (0 open, 1 closed, 2 closed at the end of the last step, -1 opened
+by force, -2 at the end of the last step), deflection of the bristles,
 slider of the harness, rate before a stop, effort and energy of bristles and sliders, energy lost by them in the last step,
 time, effort of stop and latch, the numbers of their present events, from 1 on (-1: at rest on a stop), the rate, and the
 slider of the spring."""
@@ -221,9 +222,13 @@ def _stop(own: np.ndarray, i: int, side: int) -> tuple[float, float, float, floa
 
 @kernel
 def mean_loss_of_stops(own: np.ndarray, i: int, before: float, c: float, rate: float) -> float:
-    """Mean dissipated power of stops and latch in a step between two coordinates, W."""
-    total = 0.0
-    for side in range(_sides(own, i)):
+    """Mean dissipated power of stops and latch in a step between two coordinates, W; of those that acted in the step, if its
+    end is accepted.
+    """
+    total, sides = 0.0, _sides(own, i)
+    if c == kept(own, COORDINATE, i) and before != c:
+        sides = 3 if kept(own, LATCHED, i) == 1.0 or kept(own, LATCHED, i) == -2.0 else 2
+    for side in range(sides):
         sense, limit, stiffness, damper, rebound = _stop(own, i, side)
         total += mean_loss(sense * (before - limit), sense * (c - limit), sense * rate, stiffness, damper, rebound)
     return total

@@ -287,6 +287,12 @@ class JoinedSystem(JoinedConfiguration):
         """See `System`."""
         return self._with_nodes(super().energy(t, q, u, before), t, q, u, before)
 
+    def loss_of_elements(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> float:
+        """See `System`."""
+        rates = None if u is None else u[self._nu :]
+        of_nodes = self.elements.energy(t, q[self._nq :], rates, self._nodes_before(before)).dissipated_power
+        return super().loss_of_elements(t, q, u, before) + of_nodes
+
     def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Observation:
         """See `System`."""
         observed = super().observe(t, q, u, before)
@@ -431,10 +437,10 @@ class JoinedSystem(JoinedConfiguration):
         super().to_arrays(resolve)
         self._array_near[:] = self._near
 
-    def from_arrays(self) -> np.ndarray:
+    def from_arrays(self) -> None:
         """See `to_arrays`."""
         self._near = self._array_near.copy()
-        return super().from_arrays()
+        super().from_arrays()
 
 
 def pressure_of(load: Load, faces: PressedFaces) -> PressureGroup:

@@ -26,7 +26,7 @@ from fsm.model.bodies.array_locked import set_matrix as set_matrix_of_bodies
 from fsm.model.bodies.arrays import MASS as BODY_MASS
 from fsm.model.bodies.arrays import MATRIX as BODY_MATRIX
 from fsm.model.bodies.arrays import TURNED as BODIES_TURNED
-from fsm.model.bodies.contact_arrays import have_opened, lack_pairs
+from fsm.model.bodies.contact_arrays import lack_pairs, touching
 from fsm.model.nodes.arrays import MASS, Coordinates, mass_of
 from fsm.model.nodes.system.array_forces import rows_times, set_matrix
 from fsm.model.nodes.system.array_kernels import energies as energies_of_nodes
@@ -161,8 +161,8 @@ def _keep_tangent(model: Joined, by_stiffness: float, by_damping: float, first: 
 
 
 @kernel
-def _contacts_opened(model: Joined) -> bool:
-    return bool(have_opened(model.bodies.groups))
+def _touching(model: Joined) -> tuple[int, bool]:
+    return touching(model.bodies.groups)
 
 
 @kernel
@@ -253,7 +253,7 @@ def _powers_of(nodes: Coordinates | None, t: float, drive_force: np.ndarray) -> 
 
 KERNELS = Calls(
     force, renewed_force, _factorise, _factorise_mass, _solve, _mapped, retract, _mass_times, _stiffness_times,
-    _damping_times, _contacts_opened, _part_of_step, _longest_step, _accept, _unable, _energies,
+    _damping_times, _touching, _part_of_step, _longest_step, _accept, _unable, _energies,
     _keep_tangent, _powers, lock, advance, measure_step, consistent, *NOT_MINIMAL,
 )  # fmt: skip
 """Kernels of `Joined` that time steps call."""

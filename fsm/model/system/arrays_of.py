@@ -60,8 +60,8 @@ class ContactModel:
     arrays : groups and their copies
     groups : (k, 2) int array, see `Segments`
     kernels, laws : `Pointer`s
-    pair_energy : (2, n_pairs) array, J
-        Energy that friction and damping of contact pairs have dissipated since the last `store`.
+    of_pairs : int
+        Number of contact pairs.
     grown : bool
         Whether the pattern has changed since the start.
     """
@@ -72,7 +72,7 @@ class ContactModel:
         self.arrays = [_Twin(group, group.twin()) for group in groups]
         self.index(pattern)
         self.groups = tables_of([twin.own.geometry.table.rows for twin in self.arrays])
-        self.pair_energy, self.grown = np.zeros((2, pairs)), False
+        self.of_pairs, self.grown = pairs, False
         self.laws, self.kernels = _pointers(groups, self.groups, spatial, _IN_STATICS if statics else _IN_MOTION)
 
     def index(self, pattern: BodyPattern) -> None:
@@ -105,16 +105,13 @@ class ContactModel:
         for group, own in self.arrays:
             group.count(own)
 
-    def store(self) -> np.ndarray:
-        """Copy the memory of the tables to the groups, and return and reset `pair_energy`."""
+    def store(self) -> None:
+        """Copy the memory of the tables to the groups."""
         self.count()
         for group, own in self.arrays:
             memory = own.memory()
             if len(memory):
                 group.restore(memory)
-        energy = self.pair_energy.copy()
-        self.pair_energy[:] = 0.0
-        return energy
 
 
 def _pointers(
@@ -145,10 +142,10 @@ def _pointers(
     ))  # fmt: skip
     state = np.zeros((0, 4), dtype=np.int64), addresses, Example(laws), 0.0
     rest = ContactKernels(
-        (*state, True), (*state, True, True), (*state, 0.0), (*state, True), state, (*state, 0.0, one), (*state, two),
+        (*state, True), (*state, True, True), (*state, 0.0), (*state, True), state, state, (*state, two),
         (addresses, two, 0.0), state[:2], (*state, True, two), (addresses, 0.0),
     )  # fmt: skip
-    without = ContactKernels(None, None, 0.0, None, 0.0, (0.0, 0.0), 0.0, None, False, (0.0, 0.0), None)
+    without = ContactKernels(None, None, 0.0, None, 0.0, 0.0, 0.0, None, False, (0.0, 0.0), None)
     named = [*zip(CONTACTS._fields, CONTACTS, rest, without, strict=True)]
     made = iter(pointers_to([(kernel, *own) for name, kernel, own, _ in named if groups and name in used]))
     return laws, ContactKernels(*(
@@ -182,7 +179,7 @@ def segments_of(
 
     `known` is the symbolic factorisation of the pattern, and `factors` contains the data of the factors.
     """
-    arrays, rest, elements = _arrays(system, pattern, known, factors, contacts.pair_energy)
+    arrays, rest, elements = _arrays(system, pattern, known, factors, contacts.of_pairs)
     table, springs = address_table(arrays.flat), arrays.springs
     of_springs = BUSHINGS[system.size].in_one_pass
     own, (poses, rates) = (springs.bodies, springs.constants), (arrays.poses, arrays.rates)
@@ -215,7 +212,7 @@ def locked_of(system: SegmentForces, pattern: BodyPattern) -> tuple[Joined, tupl
     order = few_by_minimum_degree(pattern.indptr, pattern.indices)
     known = Elimination(order, *fill_in(pattern.indptr, pattern.indices, order))
     factors = np.zeros(known.factors(pattern.size))
-    arrays, rest, elements = _arrays(system, pattern, known, factors, np.zeros((2, 0)))
+    arrays, rest, elements = _arrays(system, pattern, known, factors, 0)
     absent: Any = None  # no springs and no contacts
     model = Segments(
         address_table(arrays.flat), address_table(rest.flat), np.zeros(3, dtype=np.int64), _NO_PAIRS, *_addresses(elements),
@@ -230,7 +227,7 @@ def change_pattern(
     contacts: ContactModel,
 ) -> tuple[tuple[Arrays, Arrays], list[ElementArrays]]:  # fmt: skip
     """Give a model of statics the arrays of another pattern; arguments and results as in `segments_of`."""
-    arrays, rest, elements = _arrays(system, pattern, known, factors, contacts.pair_energy)
+    arrays, rest, elements = _arrays(system, pattern, known, factors, contacts.of_pairs)
     model.table[:], model.at_rest[:] = address_table(arrays.flat), address_table(rest.flat)
     for own, one in zip(model.element_tables, elements, strict=True):
         own[: len(one.arrays)] = address_table(one.arrays)
@@ -238,7 +235,7 @@ def change_pattern(
 
 
 def _arrays(
-    system: SegmentForces, pattern: BodyPattern, known: Elimination, factors: np.ndarray, pair_energy: np.ndarray
+    system: SegmentForces, pattern: BodyPattern, known: Elimination, factors: np.ndarray, pairs: int
 ) -> tuple[Arrays, Arrays, list[ElementArrays]]:  # fmt: skip
     """Arrays of all bodies, those for tangents at zero rates, and those of groups of elements."""
     bodies, spatial = system.bodies, system.spatial
@@ -263,7 +260,7 @@ def _arrays(
     turned, kept = np.zeros((system.n_free if spatial else 0, 6, 6)), pattern.zeros()
     arrays = Arrays(
         bodies.free, bodies.inertia[bodies.free].ravel(), bodies.inertia, weight, poses, rates, force, stiffness, damping,
-        matrix, factors, turned, system.scales().force_scale, pair_energy, poses.copy(), kept, kept.copy(),
+        matrix, factors, turned, system.scales().force_scale, np.zeros(pairs), kept, kept.copy(),
         q[: system.n_free * bodies.pose.shape[1]].copy(), _interval(system, pattern),
         pattern.dof, np.zeros(GAS + 1), of_pattern, springs, loads,
         system.driven_arrays(), system.tree,

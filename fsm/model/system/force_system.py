@@ -6,6 +6,7 @@ bodies have no degrees of freedom; the forces on them are summed like all others
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from collections.abc import Sequence
 from functools import cached_property
@@ -43,6 +44,10 @@ from fsm.solve.stepping.accuracy import ACCURATE, trial_vector
 
 if TYPE_CHECKING:
     from scipy import sparse
+
+_AT_REST = 1e-9
+"""Speed relative to the largest angular velocity times the extent, below which bodies only turn: corrections of initial
+velocities leave round-off, which is no scale."""
 
 
 class NewerMemory(Protocol):
@@ -122,8 +127,8 @@ class SegmentForces(Configuration):
         """Typical sizes.
 
         The scale of the length is the median length of segments, else of solids, else the distance between bodies. The scale
-        of the speed is the largest initial speed, or follows from the drives, else from the forces at rest. The contact
-        forces give the resolution of increments.
+        of the speed is the largest initial speed, or follows from the drives, else from the forces at rest. Contact
+        forces and latches that open give the resolution of increments.
         """
         free = np.ones(self.nu, dtype=bool)
         return self._sized(self._body_length, self.spread, *self._positions, free)
@@ -131,10 +136,14 @@ class SegmentForces(Configuration):
     def _sized(self, length: float, extent: float, in_q: np.ndarray, in_u: np.ndarray, free: np.ndarray) -> Scales:
         """Sizes as in `Scales.of`, with the drives and contacts."""
         drives = OF_DRIVES * max((motion.pace(extent) for motion in self.motions), default=0.0)
-        fastest = float(np.abs(self.bodies.rate[:, : 3 if self.spatial else 2]).max(initial=0.0))
+        rates, n = np.abs(self.bodies.rate), 3 if self.spatial else 2
+        fastest = float(rates[:, :n].max(initial=0.0))
+        if fastest <= _AT_REST * extent * rates[:, n:].max(initial=0.0):
+            fastest = 0.0
         at_rest = AtRest(0.0, 0.0) if drives else scales_at_rest(self, free, in_u, max(extent, length))
         speed, turns = max(drives, fastest) or at_rest.speed, [motion.axis is not None for motion in self.motions]
-        resolution = self.contacts.resolution
+        of_elements = (group.resolution(length) for group in self.groups if isinstance(group, ElementGroup))
+        resolution = min(self.contacts.resolution, *of_elements, math.inf)
         return Scales.of(length, extent, drives, speed, in_q, in_u, free, resolution, turns, at_rest.work)
 
     @cached_property

@@ -322,14 +322,20 @@ class SegmentSystem(SegmentForces):
         if self._contact_model is not None and self.contacts:
             self._contact_model.load(resolve)
 
-    def from_arrays(self) -> np.ndarray:
+    def from_arrays(self) -> None:
         """See `System`: memory of contacts."""
-        return np.zeros((2, len(self.pair_names))) if self._contact_model is None else self._contact_model.store()
+        if self._contact_model is not None:
+            self._contact_model.store()
 
     def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Energy:
         """See `System`."""
         at = self.state(t, q, u, before)
         return self._energy(at, self._reactions(at))
+
+    def loss_of_elements(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> float:
+        """See `System`."""
+        at = self.state(t, q, u, before)
+        return sum(group.energy(at)[1] for group in self.groups if not isinstance(group, ContactGroup))
 
     def reactions(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> np.ndarray:
         """See `System`."""
@@ -399,9 +405,9 @@ class SegmentSystem(SegmentForces):
             self._statics.clear()
         self.contacts.clear_caches(counters)
 
-    def contacts_opened(self) -> bool:
+    def touching(self) -> tuple[int, bool]:
         """See `System`."""
-        return self.contacts.contacts_opened()
+        return self.contacts.touching()
 
     def rejection(self, t: float, q: np.ndarray, u: np.ndarray | None, step: float) -> StepRejection | None:
         """See `System`."""

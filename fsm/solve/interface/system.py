@@ -166,6 +166,10 @@ class System(Protocol):
         """Energies and powers of a state."""
         ...
 
+    def loss_of_elements(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> float:
+        """Power that all parts except contacts dissipate in a state, W."""
+        return self.energy(t, q, u, before).dissipated_power
+
     def reactions(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
         """Reaction wrench on each held or driven body, (n_bodies, 3 or 6), N and N m; zero for free bodies."""
         ...
@@ -250,16 +254,17 @@ class System(Protocol):
         """
         return
 
-    def from_arrays(self) -> np.ndarray:
-        """Copy the internal variables from the arrays; returns the energy (2, n_pairs) that contact pairs dissipated, J."""
-        return np.zeros((2, 1))
+    def from_arrays(self) -> None:
+        """Copy the internal variables from the arrays."""
+        return
 
-    def contacts_opened(self) -> bool:
-        """Whether contacts that were closed in the last tangents are open in the last evaluated state.
+    def touching(self) -> tuple[int, bool]:
+        """Number of contacts with a force in the last evaluated state, and whether contacts that were closed in the last
+        tangents are open in this state.
 
         The tangents are then too stiff, so a small correction does not prove convergence.
         """
-        return False
+        return 0, False
 
     def lock(self, by_acceleration: float) -> bool:
         """Begin Newton's method of a step; see `fsm.solve.stepping.model`. False without locked directions."""

@@ -91,8 +91,8 @@ def take_step(
     copy_into(v, second)
     counts[alpha.FORCES] += 1
     if not evaluate_stage(
-        model, np.nextafter(t, math.inf), first, second, motion.of_q[0], motion.of_u[0], motion.of_energy[0], motion.pairs,
-        motion.drives, counts[SPEEDS] > 0, rules.weights[0] != 0.0, False,
+        model, np.nextafter(t, math.inf), first, second, motion.of_q[0], motion.of_u[0], motion.of_energy[0],
+        motion.all_pairs, motion.drives, counts[SPEEDS] > 0, rules.weights[0] != 0.0, False,
     ):  # fmt: skip
         return UNABLE if calls.unable(model) else NO_SOLUTION
     if counts[alpha.STARTED] == 0:

@@ -86,7 +86,7 @@ def _evaluate_interpolation(
             add_rates(faster, motion.of_u, rules.more_stages[number - 1], i, h, u)
         motion.counts[alpha.FORCES] += 1
         if not evaluate_stage(
-            model, time, q, u, motion.of_q[i], motion.of_u[i], motion.of_energy[i], motion.pairs, motion.drives,
+            model, time, q, u, motion.of_q[i], motion.of_u[i], motion.of_energy[i], motion.all_pairs, motion.drives,
             motion.counts[SPEEDS] > 0, True, True,
         ):  # fmt: skip
             return False

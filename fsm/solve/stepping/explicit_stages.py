@@ -70,7 +70,8 @@ class ExplicitMotion(NamedTuple):
     at_q, at_u, moved, faster : (nq,), (nu,), (nu,) and (nu,) arrays, work space
     of_energy : (16, 2) array, W
         The same of work and dissipated energy.
-    pairs, drives : (2, n_pairs) and (n_drives,) arrays, work space
+    all_pairs, drives : (2, 0) and (n_drives,) arrays
+        No contact pairs, and work space.
     record : record of a step (`fsm.solve.stepping.model`), work space
     """
 
@@ -88,7 +89,7 @@ class ExplicitMotion(NamedTuple):
     moved: np.ndarray
     faster: np.ndarray
     of_energy: np.ndarray
-    pairs: np.ndarray
+    all_pairs: np.ndarray
     drives: np.ndarray
     record: np.ndarray
 
@@ -162,7 +163,7 @@ def evaluate_stages(model: Any, motion: ExplicitMotion, rules: ExplicitRules, t:
         motion.counts[alpha.FORCES] += 1
         if not evaluate_stage(
             model, min(max(t + rules.nodes[i] * h, first), last), q, u, motion.of_q[i], motion.of_u[i], motion.of_energy[i],
-            motion.pairs, motion.drives, minimal, rules.weights[i] != 0.0, True,
+            motion.all_pairs, motion.drives, minimal, rules.weights[i] != 0.0, True,
         ):  # fmt: skip
             return False
     return True

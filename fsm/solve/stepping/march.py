@@ -36,9 +36,10 @@ the turnover. LOSSES is 1 if losses are checked too. DRIVEN is the kinetic energ
 BALANCE is the length of the array."""
 
 _CERTAIN = 0.1
-"""Bound of the difference of the energies dissipated along a step and in the balance, relative to its numerical
-dissipation. Where stiff springs turn by much in a step, their forces along the step are not those of the motion, and
-differ by more; so does the numerical dissipation from the kinetic energy, which is its other bound. It is then left out."""
+"""Bound of the difference of the energies that dampers of elements dissipate along a step and in the balance, relative to
+its numerical dissipation. Where stiff springs turn by much in a step, their forces along the step are not those of the
+motion, and differ by more; so does the numerical dissipation from the kinetic energy, which is its other bound. It is then
+left out."""
 
 
 @shared
@@ -53,6 +54,17 @@ def add_up(balance: np.ndarray, stored: float, kinetic: float) -> None:
     balance[GAINED], balance[KINETIC_WORST] = max(balance[GAINED], drift), max(balance[KINETIC_WORST], kinetic)
     largest = max(abs(stored - balance[START]), abs(balance[DISSIPATED]), abs(balance[WORK]), balance[KINETIC_WORST])
     balance[TURNOVER] = max(balance[TURNOVER], largest)
+
+
+@shared
+def add_pairs(motion: Any) -> float:
+    """Add the energy that contact pairs have dissipated in a step to that of all steps; returns its sum, J."""
+    total = 0.0
+    for row in range(2):
+        for k in range(motion.of_pairs.shape[1]):
+            motion.all_pairs[row, k] += motion.of_pairs[row, k]
+            total += motion.of_pairs[row, k]
+    return total
 
 
 @shared
@@ -86,9 +98,10 @@ def march(
 ) -> int:
     """Take at most `most` steps up to `until`, and return the outcome of the last step.
 
-    The function returns early if the energy error exceeds `balance[ALLOWED]`; the caller then takes single steps.
-    `records` (m, k) receives a record of each step (`fsm.solve.stepping.model`); all steps beyond the last row overwrite
-    this row.
+    The dissipated energy of a step is that of the dampers of elements by their mean rates, and that of contacts along the
+    step, which is also added to `motion.all_pairs`. The function returns early if the energy error exceeds
+    `balance[ALLOWED]`; the caller then takes single steps. `records` (m, k) receives a record of each step
+    (`fsm.solve.stepping.model`); all steps beyond the last row overwrite this row.
     """
     sizes, last = motion.sizes, records.shape[0] - 1
     # dampers use this state as the previous state
@@ -116,7 +129,8 @@ def march(
         certain = abs(sizes[SPENT] - step * dissipated) <= _CERTAIN * abs(lost) and abs(lost) <= largest
         if rules.balances == 0.0 or not certain:
             lost = 0.0
-        if end_step(balance, record, motion, begin, work, step * dissipated, lost, kinetic, potential, power, driven):
+        spent = step * dissipated + add_pairs(motion)
+        if end_step(balance, record, motion, begin, work, spent, lost, kinetic, potential, power, driven):
             break
     return STEPPED
 

@@ -45,7 +45,7 @@ from fsm.kernels.pointers import borrowed
 from fsm.kernels.vector import mean_ratio
 from fsm.solve.stepping import mean_newton as newton
 from fsm.solve.stepping import model as calls
-from fsm.solve.stepping.march import end_step
+from fsm.solve.stepping.march import add_pairs, end_step
 from fsm.solve.stepping.mean_newton import MeanMotion, MeanRules, StepEnergies
 from fsm.solve.stepping.outcomes import NO_SOLUTION, OBJECTED, STEP_TOO_SMALL, STEPPED, UNABLE
 from fsm.solve.stepping.vectors import end_velocity, scaled, subtracted
@@ -282,9 +282,7 @@ def march_mean_force(
         kinetic, potential, _, power, driven = calls.energies(model, sizes[newton.TIME], motion.q, motion.u, 0.0, record)
         for k in range(drives):
             record[calls.DRIVES + drives + k] = motion.drive_force[k]
-        for row in range(2):
-            for k in range(motion.of_pairs.shape[1]):
-                motion.all_pairs[row, k] += motion.of_pairs[row, k]
+        add_pairs(motion)
         done, lost = sizes[newton.WORK], sizes[newton.DISSIPATED]
         if end_step(balance, record, motion, begin, done, lost, 0.0, kinetic, potential, power, driven):
             break

@@ -201,7 +201,7 @@ def solved(model: Any, motion: MeanMotion, rules: MeanRules, h: float) -> tuple[
         least = size <= 1e-3 * tolerance
         converged = left <= tolerance or least
         # contacts that have opened since the factorisation make it too stiff
-        opened = converged and not renew and calls.contacts_opened(model)
+        opened = converged and not renew and calls.touching(model)[1]
         exact = not fixed or least
         if converged and not opened and (exact or _residual_work(model, motion, h, x, residual) <= 1.0):
             return True, moved(x, 1.0, dx)

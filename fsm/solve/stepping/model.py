@@ -36,7 +36,7 @@ class Calls(NamedTuple):
     mass_times: Any
     stiffness_times: Any
     damping_times: Any
-    contacts_opened: Any
+    touching: Any
     part_of_step: Any
     longest_step: Any
     accept: Any
@@ -127,9 +127,10 @@ def damping_times(model: Any, vector: np.ndarray) -> np.ndarray:
     return np.asarray(model.damping_times(vector))
 
 
-def contacts_opened(model: Any) -> bool:
-    """Whether contacts of the last tangent have opened; see `System.contacts_opened`."""
-    return bool(model.contacts_opened())
+def touching(model: Any) -> tuple[int, bool]:
+    """Number of contacts with a force, and whether others of the last tangent have opened; see `System.touching`."""
+    count, opened = model.touching()
+    return count, opened
 
 
 def part_of_step(model: Any, t: float, q: np.ndarray, u: np.ndarray, step: float) -> float:
@@ -159,9 +160,9 @@ def energies(
 ) -> tuple[float, float, float, float, float]:
     """Energies and powers of a state.
 
-    Kinetic and potential energy (J), mean power of dampers over the step that ends at this state (W), input power (W),
-    and kinetic energy of driven bodies (J). The mean power follows from the deformations since the last call, or from
-    the present rates if the step is zero. Energies, travels and forces of drives are written to the record.
+    Kinetic and potential energy (J), mean power of the dampers of elements over the step that ends at this state (W), input
+    power (W), and kinetic energy of driven bodies (J). The mean power follows from the deformations since the last call, or
+    from the present rates if the step is zero. Energies, travels and forces of drives are written to the record.
     """
     kinetic, potential, dissipated, put_in, driven = model.energies(t, q, u, step, record)
     return kinetic, potential, dissipated, put_in, driven

@@ -44,7 +44,7 @@ class StepMethod(ABC):
     ----------
     system : System
     model : SystemModel
-    motion, rules : state and rules of the method
+    motion, rules : state and rules of the method; `motion.all_pairs` as `pair_energy`
     t, q, u : present state
     controlled : bool
         Whether the error is controlled.
@@ -149,7 +149,7 @@ class StepMethod(ABC):
         """
         self._begin()
         records, begun, system, outcome = self.records(most if every else 1), self.steps, self.system, UNABLE
-        self.model.pair_energy = np.zeros((2, 1))
+        self.motion.all_pairs[:] = 0.0
         if self._arrays is not None:
             system.to_arrays(self.controlled)
             outcome, tries, last = self._march(balance, until, most, records), 0, -1
@@ -164,7 +164,7 @@ class StepMethod(ABC):
                 left = most - (self.steps - begun)
                 own = records[self.steps - begun :] if every else records
                 outcome = self._march(balance, until, left, own)
-            self.model.pair_energy = system.from_arrays()
+            system.from_arrays()
             if outcome != STEPPED:
                 self._arrays.arrays.flags[-1] = 0
                 self._without_factors()
@@ -176,7 +176,7 @@ class StepMethod(ABC):
             if self._arrays is not None:
                 self._without_factors()
         self._check(outcome)
-        self.pair_energy = self.model.pair_energy
+        self.pair_energy = self.motion.all_pairs.copy()
         return records[: self.steps - begun]
 
     def _step_in_python(self, balance: np.ndarray, until: float, records: np.ndarray) -> int:

@@ -100,8 +100,8 @@ class Explicit(StepMethod):
         super().__init__(system, t, q, motion, True)
         scales = system.scales()
         self.rules = tables._replace(
-            rtol=rtol, tolerance=rtol * scales.increment, velocity=scales.velocity, increment=scales.increment,
-            breaks=np.array(sorted(system.break_times()), dtype=float),
+            rtol=rtol, tolerance=np.minimum(rtol * scales.increment, scales.resolution), velocity=scales.velocity,
+            increment=scales.increment, breaks=np.array(sorted(system.break_times()), dtype=float),
         )  # fmt: skip
 
     def step(self, until: float) -> None:

@@ -100,13 +100,14 @@ class GeneralizedAlpha(StepMethod):
         max_step: float = math.inf,
         first: Observation | None = None,
     ) -> None:
-        still, sizes, counts = np.zeros(len(u)), np.zeros(11), np.zeros(11, dtype=np.int64)
+        still, sizes, counts = np.zeros(len(u)), np.zeros(11), np.zeros(12, dtype=np.int64)
         sizes[stepping.MAX_STEP], sizes[stepping.LONGEST] = max_step, math.inf
         sizes[stepping.CONTRACTION] = sizes[stepping.LAST_ERROR] = 1.0
         q, u = np.array(q, dtype=float), np.array(u, dtype=float)
         pairs, drives = (0, 0) if first is None else (len(first.pairs.force), len(first.drive.force))
+        of_pairs = np.zeros((2, pairs))
         motion = Motion(
-            q, u, still, still.copy(), still.copy(), sizes, counts, np.zeros((2, pairs)), np.zeros(drives)
+            q, u, still, still.copy(), still.copy(), sizes, counts, of_pairs, of_pairs.copy(), np.zeros(drives)
         )
         super().__init__(system, t, q, motion, fixed_step is None)
         self.coefficients = c = Coefficients.newmark() if rho_inf is None else Coefficients.of(rho_inf)

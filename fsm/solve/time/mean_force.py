@@ -72,13 +72,6 @@ class MeanForce(StepMethod):
         )
         super().__init__(system, t, q, motion, step is None)
 
-    def march(self, balance: np.ndarray, until: float, most: int, every: bool = False) -> np.ndarray:
-        """See `StepMethod`."""
-        self.motion.all_pairs[:] = 0.0
-        records = super().march(balance, until, most, every)
-        self.pair_energy = self.motion.all_pairs.copy()
-        return records
-
     def _begin(self) -> None:
         """See `StepMethod`; before the first step, energies of the initial state are stored too."""
         super()._begin()

@@ -13,7 +13,7 @@ from fsm.kernels.scatter import effective_stiffness
 from fsm.solve.equations.linear import LinearSolver
 from fsm.solve.interface.records import Linearised, Observation, PreviousState
 from fsm.solve.interface.system import System
-from fsm.solve.outcome.energy_balance import mean_dissipation
+from fsm.solve.outcome.energy_balance import mean_loss_of_elements
 from fsm.solve.stepping.model import CREASES, DRIVES, KINETIC, PANELS, STEADY
 
 
@@ -24,7 +24,7 @@ class SystemModel:
         self.system = system
         self.linear = LinearSolver()
         self.reason = ""
-        self.force, self.retract, self.contacts_opened = system.force, system.retract, system.contacts_opened
+        self.force, self.retract, self.touching = system.force, system.retract, system.touching
         self.longest_step, self.lock, self.advance = system.longest_step, system.lock, system.advance
         self.measure_step, self.consistent = system.measure_step, system.consistent
         self._mass = system.mass(q)
@@ -35,7 +35,6 @@ class SystemModel:
         self._last: PreviousState = 0.0, q
         self._observed: tuple[float, np.ndarray, np.ndarray, Observation] | None = None
         self._kept: tuple[Any, ...] = ()
-        self.pair_energy = np.zeros((2, 1))
 
     def renewed_force(self, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """See `fsm.solve.stepping.model`."""
@@ -111,9 +110,7 @@ class SystemModel:
         observed, dissipated = self.observe(t, q, u), 0.0
         energy = observed.energy
         if step > 0.0:
-            pairs, halfway = energy.pair_power.shape[1], self.system.of_vectors
-            dissipated, of_pairs = mean_dissipation(self.system, self._last, (t, q), pairs, halfway)
-            self.pair_energy = self.pair_energy + step * of_pairs
+            dissipated = mean_loss_of_elements(self.system, self._last, (t, q))
         self._last = t, q.copy()
         record[KINETIC], record[STEADY] = energy.kinetic, 0.0  # unknown
         record[PANELS], record[CREASES] = energy.potential.get("panels", 0.0), energy.potential.get("creases", 0.0)

@@ -81,8 +81,8 @@ def keep_tangent(model: Coordinates, by_stiffness: float, by_damping: float, fir
 
 
 @kernel
-def _contacts_opened(model: Coordinates) -> bool:
-    return False
+def _touching(model: Coordinates) -> tuple[int, bool]:
+    return 0, False
 
 
 @kernel
@@ -291,7 +291,7 @@ def powers(
 KERNELS = Calls(
     nodes.force, nodes.renewed_force, _factorise, _factorise_mass, nodes.solve, _mapped, _retract, _mass_times,
     _stiffness_times,
-    _damping_times, _contacts_opened, _part_of_step, _longest_step, _accept, _unable, energies, keep_tangent, powers,
+    _damping_times, _touching, _part_of_step, _longest_step, _accept, _unable, energies, keep_tangent, powers,
     *UNLOCKED,
     *NOT_MINIMAL,
 )  # fmt: skip
