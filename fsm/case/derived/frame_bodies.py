@@ -158,7 +158,7 @@ def frame_faults(scene: Scene) -> Iterator[Fault]:
     inside = points_inside(scene)
     for i, frame in enumerate(scene.frames):
         path = f"scene.frames.{i}"
-        if frame.name in inside:
+        if frame.name in inside or frame.on_sheet is not None:
             continue
         if (frame.point is not None) != (frame.on in trusses):
             text = "`point` is the number of a point of a truss; a film, a cable or a beam has `at`"
@@ -172,8 +172,6 @@ def frame_faults(scene: Scene) -> Iterator[Fault]:
             yield from _film_faults(frame, films[frame.on], path)
         elif frame.on in cables:
             yield from _cable_faults(frame, cables[frame.on], path)
-        elif scene.facets is not None and frame.name in scene.facets.points:
-            continue
         else:
             known = [*films, *cables, *trusses]
             yield Fault(f"{path}.on", f"no film, cable, beam or truss is called {frame.on!r}{nearest_name(frame.on, known)}")

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, PrivateAttr, model_validator
 
+from fsm.case.models.facet_mesh import MeshPoint
 from fsm.case.models.sheet_parts import Box
 from fsm.case.schema.model import Key, Model, Name
 from fsm.case.schema.units import Count, Density, Length, Number, Stress, Time
@@ -100,8 +101,9 @@ class SceneFrame(Model):
     name: Name = Key("name, with which elements and loads refer to the frame", within="different from all other names")
     on: str = Key('"sheet": the `[sheet]` of the case', within='a film, a cable, a beam, a truss or "sheet"')
     at: tuple[Length, ...] = Key(
-        "material point without stress: (x, y) from the center of a film, or (s) from the start of a cable or " "beam",
-        default=(), shown="needed for films, cables and beams", within="on the film or cable"
+        "material point without stress: (x, y) from the center of a film, or (s) from the start of a cable or beam. On a "
+        "sheet: (s) from the first of two vertices of a side, or the place (x, y, z) of a point of a facet at the start",
+        default=(), shown="needed for films, cables, beams and facets", within="on the part"
     )  # fmt: skip
     edge: Literal["left", "right", "bottom", "top"] | None = Key(
         "edge of a film in place of `at`. The frame has the mean position and the mean direction of the edge; "
@@ -112,13 +114,26 @@ class SceneFrame(Model):
         shown="needed for trusses"
     )  # fmt: skip
     place: str | Box | None = Key(
-        'vertex of the sheet, for example "vertex 3", or a box around one vertex as two opposite corners', default=None,
-        shown="needed for sheets", within="one vertex"
+        'place on the sheet: a vertex, "vertex 3", or a box around one vertex as two opposite corners; a side of a facet '
+        'by its ends, "vertices 3, 4", or an edge, "edge left"; a facet, "facet 2". A side or an edge without `at` is a '
+        "mean, as `edge` of a film", default=None, shown="needed for sheets", within="one place"
     )  # fmt: skip
     normal: tuple[Number, Number, Number] = Key(
         "for a cable: the y axis of the frame is the vector product of `normal` and the direction of the "
         "cable. The frame follows the bending of the cable", default=(0.0, 0.0, 1.0), within="across the cable",
     )  # fmt: skip
+    _on_sheet: MeshPoint | None = PrivateAttr(default=None)
+
+    @property
+    def on_sheet(self) -> MeshPoint | None:
+        """Point of a sheet by the vectors of its mesh, or by the points of its truss; only builders of sheets give it."""
+        return self._on_sheet
+
+    def at_point(self, point: MeshPoint) -> Self:
+        """Same frame at a point of a sheet."""
+        frame = self.model_copy()
+        frame._on_sheet = point
+        return frame
 
 
 class SceneSeam(Model):

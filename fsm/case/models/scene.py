@@ -251,7 +251,7 @@ class Scene(Model):
     cables: tuple[SceneCable, ...] = Key("cables of ANCF elements", default=())
     beams: tuple[SceneBeam, ...] = Key("beams of ANCF elements that bend in the x-z plane", default=())
     trusses: tuple[SceneTruss, ...] = Key("points, bars and rotational springs, `[[scene.trusses]]`", default=())
-    frames: tuple[SceneFrame, ...] = Key("frames on films, cables, beams and trusses", default=())
+    frames: tuple[SceneFrame, ...] = Key("frames on films, cables, beams, trusses and sheets", default=())
     seams: tuple[SceneSeam, ...] = Key("springs between an edge of a film and bodies", default=())
     elements: tuple[ForceElement, ...] = Key("force elements", default=())
     point_elements: tuple[PointElement, ...] = Key("elements of kinds of extensions, between points", default=())
