@@ -1,4 +1,4 @@
-"""Frames on sides, edges and insides of facets: joints, springs and cords there, for rigid facets, bars and flexible facets."""
+"""Frames on sides, edges and insides of facets, for rigid facets, bars and flexible facets; seams along edges."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import fsm
 from fsm.errors import CaseError
@@ -103,7 +105,8 @@ def test_a_cord_at_the_middle_of_a_side_holds_the_sheet(facets: str, tmp_path: P
     ("place", "at", "point"),
     [
         ("edge right", [], [3 * _X, 0.5 * _B, 0.5 * _A]), ("vertices 7, 8", [0.01], None), ("vertices 8, 7", [0.01], None),
-        ("vertices 3, 4", [], [_X, 0.5 * _B, 0.5 * _A]), ("facet 1", [0.25 * _X, 0.011, 0.125 * _A], [0.25 * _X, 0.011, 0.125 * _A]),
+        ("vertices 3, 4", [], [_X, 0.5 * _B, 0.5 * _A]),
+        ("facet 1", [0.25 * _X, 0.011, 0.125 * _A], [0.25 * _X, 0.011, 0.125 * _A]),
     ],
 )  # fmt: skip
 def test_frames_move_with_a_rigid_motion(facets: str, place: str, at: list[float], point: list[float] | None) -> None:
@@ -151,3 +154,54 @@ def test_faulty_places_are_named(facets: str, frame: dict[str, Any], words: str)
     with pytest.raises(CaseError) as error:
         compile_case(fsm.load(zigzag(facets, {"frames": [{"name": "frame", "on": "sheet"} | frame]}))._loaded.case)
     assert words in str(error.value)
+
+
+def clamped_tip(force: float) -> tuple[float, float]:
+    """Tip (x, z) of an inextensible clamped beam of length 1 with EI = 1 under a force along -z."""
+
+    def shot(curvature: float) -> np.ndarray:
+        def rate(_: float, y: np.ndarray) -> list[float]:
+            return [y[1], -force * math.cos(y[0]), math.cos(y[0]), -math.sin(y[0])]
+
+        return solve_ivp(rate, (0.0, 1.0), [0.0, curvature, 0.0, 0.0], rtol=1e-11, atol=1e-13).y[:, -1]
+
+    start = brentq(lambda curvature: shot(curvature)[1], 0.0, 1.001 * force, xtol=1e-14)
+    return float(shot(start)[2]), float(shot(start)[3])
+
+
+@pytest.mark.parametrize(("part", "within"), [("film", 5e-4), ("sheet", 4e-3)])
+def test_tip_of_a_clamped_strip_is_that_of_the_elastica(part: str, within: float, tmp_path: Path) -> None:
+    """A wide strip without transverse contraction bends to a cylinder, however wide it is."""
+    young, thick, width, force = 70e9, 1e-3, 0.5, 2.0
+    load = force * young * width * thick**3 / 12.0
+    seam = {"name": "clamp", "film": part, "edge": "left", "bodies": ["ground"], "clamped": True}
+    end = {"name": "end", "on": part} | ({"edge": "right"} if part == "film" else {"place": "edge right"})
+    scene: dict[str, Any] = {"seams": [seam], "frames": [end]}
+    given: dict[str, Any] = {
+        "units": "SI", "scene": scene, "step": [{"kind": "static", "duration": 1.0}], "solve": {"error_estimates": "off"},
+        "load": [{"body": "end", "force": [0.0, 0.0, -load], "time": {"kind": "ramp", "end": 1.0}}],
+        "save": {"points": {"tip": {"body": "end"}}, "channels": ["point.*", "joint.clamp*.force", "joint.clamp*.moment"]},
+    }  # fmt: skip
+    if part == "film":
+        scene["films"] = [{
+            "name": "film", "position": [0.5, 0.0, 0.0], "length": 1.0, "width": width, "thickness": thick, "young": young,
+            "poisson": 0.0, "density": 2700.0, "mesh": [16, 4],
+        }]  # fmt: skip
+    else:
+        plate = {"kind": "plate", "length": 1.0, "width": width, "facets": "flexible", "mesh_size": 0.0625}
+        plate["thickness"] = thick
+        given |= {"sheet": plate, "material": {"young": young, "poisson": 0.0, "density": 2700.0}}
+    result = fsm.load(given).run(tmp_path, figures=False)
+    x, z = clamped_tip(force)
+    assert tip(result)[[0, 2]] == pytest.approx([x, z], abs=within)
+    names = {name for name in result.channels if name.startswith("joint.clamp (") and name.endswith(".force")}
+    total = sum(result[name].values[-1] for name in names)
+    assert len(names) > 4
+    assert total == pytest.approx([0.0, 0.0, load], abs=1e-5 * load)
+    assert result.summary["energy_error"] < 1e-3
+
+
+def test_a_seam_along_a_line_that_is_not_straight_is_clamped() -> None:
+    seam = {"name": "seam", "film": "sheet", "edge": "top", "bodies": ["ground"]}
+    with pytest.raises(CaseError, match="edge top is not straight"):
+        compile_case(fsm.load(zigzag("flexible", {"seams": [seam]}))._loaded.case)

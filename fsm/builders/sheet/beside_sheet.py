@@ -26,7 +26,7 @@ from fsm.builders.patterns.lines import (
 from fsm.builders.patterns.mesh_places import MeshPlace, mesh_place
 from fsm.builders.patterns.of_sheet import Place, pattern_of, place_of
 from fsm.builders.sheet.sheet_loads import facet_name, facets_of_vertices
-from fsm.case.derived.frame_bodies import as_assembled, nearest_body, quaternion_matrix
+from fsm.case.derived.frame_bodies import as_assembled, joined_to_body
 from fsm.case.models.case import Case
 from fsm.case.models.facet_mesh import MeshPoint
 from fsm.case.models.flexible import Position, SceneFrame, SceneSeam
@@ -41,6 +41,8 @@ from fsm.case.pattern_files.pattern import Pattern
 from fsm.case.schema.known_names import nearest_name
 from fsm.errors import CaseError, Fault
 
+_STRAIGHT = 1e-6
+"""Sine of the angle between parts of a line up to which it is straight."""
 _Between = TypeVar("_Between", SceneJoint, SceneSpring, SceneCord)
 
 
@@ -81,10 +83,12 @@ def with_sheet_frames(case: Case, scene: Scene, more: Scene) -> tuple[Scene, Sce
     )
     for number, frame in placed.items():
         on.add(frame, f"scene.frames.{number}.place")
-    springs = list[ForceElement]()
+    joined = list[SceneJoint | ForceElement]()
     for number, seam in seams.items():
-        springs += _springs(on, seam, more.bodies, f"scene.seams.{number}")
-    rest = rest.model_copy(update={"elements": (*rest.elements, *springs)})
+        joined += _of_seam(on, seam, more.bodies, f"scene.seams.{number}")
+    joints = (joint for joint in joined if isinstance(joint, SceneJoint))
+    springs = (spring for spring in joined if isinstance(spring, ForceElement))
+    rest = rest.model_copy(update={"elements": (*rest.elements, *springs), "joints": (*rest.joints, *joints)})
     if isinstance(on, _OnFacets):
         return on.replaced(scene), on.replaced(rest)
     frames, bodies = (*scene.frames, *on.frames), (*scene.bodies, *on.bodies)
@@ -179,28 +183,22 @@ def _check_keys(frame: SceneFrame, path: str) -> None:
         raise CaseError(Fault(f"{path}.at", text))
 
 
-def _springs(
-    on: _Places, seam: SceneSeam, bodies: tuple[Body, ...], path: str
-) -> list[ForceElement]:
-    """Springs between the points of a seam on an edge of the sheet and bodies."""
+def _of_seam(on: _Places, seam: SceneSeam, bodies: tuple[Body, ...], path: str) -> list[SceneJoint | ForceElement]:
+    """Joints or springs between the points of a seam on an edge of the sheet and bodies."""
     known = {body.name: body for body in bodies}
     for name in seam.bodies:
-        if name not in known:
-            raise CaseError(Fault(f"{path}.bodies", f"no body is called {name!r}{nearest_name(name, [*known])}"))
+        if name not in known and name != GROUND:
+            raise CaseError(Fault(f"{path}.bodies", f"no body is called {name!r}{nearest_name(name, [GROUND, *known])}"))
     if not seam.bodies:
         raise CaseError(Fault(f"{path}.bodies", "there are none; give at least one body"))
-    found = []
-    for name, place, length in on.along(seam.name, f"edge {seam.edge}", f"{path}.edge"):
-        body = nearest_body(place, [known[name] for name in seam.bodies])
-        x, y, z = (quaternion_matrix(body.orientation).T @ (place - np.array(body.position))).tolist()
-        stiffness = seam.stiffness * length
-        found.append(
-            ForceElement(
-                name=name, inner=name, outer=body.name, point_outer=(x, y, z),
-                translation=(stiffness, stiffness, stiffness),
-            )
-        )  # fmt: skip
-    return found
+    if seam.clamped and isinstance(on, _OnTruss):
+        raise CaseError(Fault(f"{path}.clamped", 'vertices of facets = "bars" carry no moment; remove this key'))
+    points = on.along(seam.name, f"edge {seam.edge}", seam.stiffness is None, f"{path}.edge")
+    ways = np.array([point.way / np.linalg.norm(point.way) for point in points if point.way is not None]).reshape(-1, 3)
+    if len(ways) and not seam.clamped and np.linalg.norm(np.cross(ways[:1], ways), axis=1).max() > _STRAIGHT:
+        text = "is not straight and cannot turn about itself; give clamped = true, or a stiffness"
+        raise CaseError(Fault(f"{path}.clamped", f"edge {seam.edge} {text}"))
+    return [joined_to_body(seam, point.name, point.place, point.length, point.way, known) for point in points]
 
 
 def _one(count: int, name: str, path: str) -> None:
@@ -208,6 +206,15 @@ def _one(count: int, name: str, path: str) -> None:
     if count != 1:
         text = 'a frame needs one, for example "vertex 3", or a side by its two ends, "vertices 3, 4"'
         raise CaseError(Fault(path, f"{name} has {count} vertices; {text}"))
+
+
+class _SeamPoint(NamedTuple):
+    """Frame of a seam: name, place (3,) in m, length of the edge in m, and direction (3,) of the edge if it has axes."""
+
+    name: str
+    place: np.ndarray
+    length: float
+    way: np.ndarray | None
 
 
 class _Places(ABC):
@@ -234,8 +241,8 @@ class _Places(ABC):
         """Add a frame at a vertex."""
 
     @abstractmethod
-    def along(self, name: str, at: str, path: str) -> list[tuple[str, np.ndarray, float]]:
-        """Names, positions (3,) in m and lengths in m of the points of an edge."""
+    def along(self, name: str, at: str, ideal: bool, path: str) -> list[_SeamPoint]:
+        """Frames of a seam along an edge; of an ideal seam, at its nodes."""
 
     def add(self, frame: SceneFrame, path: str, near: bool = False) -> None:
         """Add a frame at its place; with `near`, the point of a facet may be off it."""
@@ -288,13 +295,21 @@ class _OnMesh(_Places):
         _one(len(place.sectors), place.name, path)
         self._frame(name, self.facets.mesh.at_node(int(place.sectors[0]), oriented=True))
 
-    def along(self, name: str, at: str, path: str) -> list[tuple[str, np.ndarray, float]]:
+    def along(self, name: str, at: str, ideal: bool, path: str) -> list[_SeamPoint]:
         """See `_Places`."""
-        mesh, found = self.facets.mesh, list[tuple[str, np.ndarray, float]]()
-        for point, length in (part for edge in self._place(at, path).edges for part in mesh.on_edge(edge)):
-            none = np.zeros(len(point.vectors))
-            body = self._frame(f"{name} ({len(found) + 1})", point._replace(along=none, across=none))
-            found.append((body.name, np.array(body.position), length))
+        mesh, found, edges = self.facets.mesh, list[_SeamPoint](), self._place(at, path).edges
+        if not ideal:
+            for point, length in (part for edge in edges for part in mesh.on_edge(edge)):
+                none = np.zeros(len(point.vectors))
+                body = self._frame(f"{name} ({len(found) + 1})", point._replace(along=none, across=none))
+                found.append(_SeamPoint(body.name, np.array(body.position), length, None))
+            return found
+        ends, lengths = mesh.ends(edges), mesh.lengths[edges[:, 0], edges[:, 1]]
+        for sector in np.unique(ends).tolist():  # on a crease, both facets
+            own = (ends == sector).any(axis=1)
+            way = np.diff(mesh.positions[ends[own]], axis=1).sum(axis=(0, 1))
+            body = self._frame(f"{name} ({len(found) + 1})", mesh.at_node(sector, oriented=True))
+            found.append(_SeamPoint(body.name, np.array(body.position), 0.5 * float(lengths[own].sum()), way))
         return found
 
     def _frame(self, name: str, point: MeshPoint) -> Body:
@@ -334,16 +349,16 @@ class _OnVertices(_Places):
         _one(len(place.vertices), place.name, path)
         self._frame(name, place.vertices[0])
 
-    def along(self, name: str, at: str, path: str) -> list[tuple[str, np.ndarray, float]]:
+    def along(self, name: str, at: str, ideal: bool, path: str) -> list[_SeamPoint]:
         """See `_Places`; half of each side belongs to each of its ends."""
-        vertices, pattern, found = self._place(at, path).vertices, self.pattern, list[tuple[str, np.ndarray, float]]()
+        vertices, pattern, found = self._place(at, path).vertices, self.pattern, list[_SeamPoint]()
         inside = np.isin(pattern.edges, vertices).all(axis=1) & (pattern.edge_faces < 0).any(axis=1)
         halves = np.repeat(0.5 * pattern.lengths[inside], 2)
         lengths = np.bincount(pattern.edges[inside].ravel(), halves, len(pattern.vertices))
         for number, vertex in enumerate(vertices, 1):
             part = f"{name} ({number})"
             self._frame(part, vertex)
-            found.append((part, pattern.vertices[vertex], float(lengths[vertex])))
+            found.append(_SeamPoint(part, pattern.vertices[vertex], float(lengths[vertex]), None))
         return found
 
     def _place(self, at: str | Box, path: str) -> Place:

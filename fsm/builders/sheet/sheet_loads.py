@@ -198,8 +198,8 @@ _FREE = 1e-7
 def check_supports(case: Case, pattern: Pattern) -> None:
     """Raise a CaseError if a static sheet can move as a whole.
 
-    Cases with steps, which may change drives, are not checked. Dynamic cases need no supports and are not checked either, nor
-    are sheets that joints, springs, cords, seams or force elements of a [scene] may hold.
+    Cases with steps, which may change drives, are not checked. Dynamic cases need no supports and are not checked either,
+    nor are sheets that joints, springs, cords, seams or force elements of a [scene] may hold.
     """
     scene = case.scene
     held = scene is not None and (scene.joints or scene.springs or scene.cords or scene.seams or scene.elements)

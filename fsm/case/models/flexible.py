@@ -137,9 +137,10 @@ class SceneFrame(Model):
 
 
 class SceneSeam(Model):
-    """Seam between an edge of a film or of the sheet and bodies: springs along the edge.
+    """Seam between an edge of a film or of the sheet and bodies: ideal, or springs along the edge.
 
-    Films have three springs for each element, flexible facets two for each cell, other facets one for each vertex.
+    An ideal seam has a joint at each node or vertex of the edge. Of springs, films have three for each element, flexible
+    facets two for each cell, other facets one for each vertex.
     """
 
     name: Name = Key("name of the seam", within="different from all other names")
@@ -148,10 +149,24 @@ class SceneSeam(Model):
         "an edge of the sheet, as in `[[drive]]`, or of the film",
         within='films: "left", "right", "bottom", "top", "corners"'
     )  # fmt: skip
-    bodies: tuple[str, ...] = Key("each point of the seam is joined to the nearest of these bodies", within="one or more")
-    stiffness: Stress = Key(
-        "stiffness in all directions (N/m) per length of the edge (m); a corner represents the length of an " "element", gt=0
+    bodies: tuple[str, ...] = Key(
+        "each point of the seam is joined to the nearest of these bodies", within='one or more, or "ground" alone'
     )
+    stiffness: Stress | None = Key(
+        "stiffness in all directions (N/m) per length of the edge (m); a corner represents the length of an element. "
+        "Absent: ideal, both sides do not part", default=None, gt=0
+    )  # fmt: skip
+    clamped: bool = Key(
+        "an ideal seam also keeps the angle between the edge and the body; else the edge turns about itself", default=False
+    )
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        if self.clamped and self.stiffness is not None:
+            raise ValueError(f"the clamped seam {self.name!r} is ideal; remove `stiffness`, or `clamped`")
+        if "ground" in self.bodies and len(self.bodies) > 1:
+            raise ValueError(f'the seam {self.name!r} names "ground" beside bodies; give two seams')
+        return self
 
 
 def unstressed_length(cable: SceneCable | SceneBeam) -> float:

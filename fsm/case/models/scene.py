@@ -252,7 +252,7 @@ class Scene(Model):
     beams: tuple[SceneBeam, ...] = Key("beams of ANCF elements that bend in the x-z plane", default=())
     trusses: tuple[SceneTruss, ...] = Key("points, bars and rotational springs, `[[scene.trusses]]`", default=())
     frames: tuple[SceneFrame, ...] = Key("frames on films, cables, beams, trusses and sheets", default=())
-    seams: tuple[SceneSeam, ...] = Key("springs between an edge of a film and bodies", default=())
+    seams: tuple[SceneSeam, ...] = Key("seams between an edge of a film or of the sheet and bodies", default=())
     elements: tuple[ForceElement, ...] = Key("force elements", default=())
     point_elements: tuple[PointElement, ...] = Key("elements of kinds of extensions, between points", default=())
     joints: tuple[SceneJoint, ...] = Key("ideal joints between bodies", default=())
