@@ -205,3 +205,18 @@ def test_a_seam_along_a_line_that_is_not_straight_is_clamped() -> None:
     seam = {"name": "seam", "film": "sheet", "edge": "top", "bodies": ["ground"]}
     with pytest.raises(CaseError, match="edge top is not straight"):
         compile_case(fsm.load(zigzag("flexible", {"seams": [seam]}))._loaded.case)
+
+
+@pytest.mark.parametrize("facets", ["bars", "flexible"])
+@pytest.mark.parametrize("place", ["edge right", "vertices 8, 7", "vertices 3, 4"])
+def test_axes_of_a_line_have_unit_length_at_the_start(facets: str, place: str) -> None:
+    """Sums of nodal vectors for the slopes along and across the line, which a stretch of the sheet stretches alike."""
+    scene = {"frames": [{"name": "frame", "on": "sheet", "place": place}], "joints": [hinge("sheet.left")]}
+    system = compile_case(fsm.load(zigzag(facets, scene))._loaded.case)[1]
+    frames, row = system.frames, system.bodies.names.index("frame")
+    number = int(np.flatnonzero(frames.bodies == row)[0])
+    own = slice(frames.first[number], frames.first[number + 1])
+    vectors = system.elements.start[frames.vectors[own][:, None] + np.arange(3)]
+    along, across = frames.along[own] @ vectors, frames.across[own] @ vectors
+    assert [np.linalg.norm(along), np.linalg.norm(across), along @ across] == pytest.approx([1.0, 1.0, 0.0], abs=1e-9)
+    assert abs(along[1]) == pytest.approx(1.0, abs=1e-9)

@@ -357,6 +357,13 @@ FACETS = (
         unit_test("facets", "test_patch_of_uniform_curvature"),
     ),
     Mutant(
+        "frame of a line without the slope of its linear fit",
+        "fsm/case/models/facet_mesh.py",
+        "12.0 * place / whole**2 * weight",
+        "6.0 * place / whole**2 * weight",
+        physics_test("frames_on_sheets", "test_axes_of_a_line_have_unit_length_at_the_start"),
+    ),
+    Mutant(
         "mean strain of flexible facets without the turns of their edges",
         "fsm/model/nodes/facets/facet_shape.py",
         "centre[:, :, 12 + k] += size[:, None] * bend[:, k]",
