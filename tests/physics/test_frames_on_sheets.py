@@ -220,3 +220,18 @@ def test_axes_of_a_line_have_unit_length_at_the_start(facets: str, place: str) -
     along, across = frames.along[own] @ vectors, frames.across[own] @ vectors
     assert [np.linalg.norm(along), np.linalg.norm(across), along @ across] == pytest.approx([1.0, 1.0, 0.0], abs=1e-9)
     assert abs(along[1]) == pytest.approx(1.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("second", ["support", "sheet.left"])
+def test_a_flexible_sheet_that_starts_off_its_equilibrium_keeps_the_balance_of_energies(second: str, tmp_path: Path) -> None:
+    """It settles at the start; the energy that it loses there is dissipated, half of the work of the weight if linear."""
+    joints = [] if second == "support" else [hinge(second, spring={"stiffness": 0.02, "rest": 0.0})]
+    data = zigzag("flexible", {"joints": joints})
+    if second == "support":
+        data["sheet"]["support"] = [{"at": "edge left", "fixed": ["x", "y", "z"], "clamped": True}]
+        del data["scene"]
+    result = fsm.load(data).run(tmp_path, figures=False)
+    energy = result.solution.energy
+    fall = energy["gravity"][0] - energy["gravity"][-1]
+    assert energy["dissipated"][-1] == pytest.approx(0.5 * fall, rel=0.15)
+    assert result.summary["energy_error"] < 1e-5

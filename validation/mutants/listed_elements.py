@@ -312,10 +312,10 @@ JOINED = (
         unit_test("joined_joints", "test_projected_states_open_no_joint"),
     ),
     Mutant(
-        "edges of films with half of their turn along the edge",
-        "fsm/model/compile/compile_joined.py",
-        "mean = weight * membrane_shape(x, y, b, c)",
-        "mean = 0.5 * weight * membrane_shape(x, y, b, c)",
+        "edges of films with half of their mean position",
+        "fsm/case/models/facet_mesh.py",
+        "weights = [share * point.weights",
+        "weights = [0.5 * share * point.weights",
         physics_test("flexible_joints", "test_tip_on_a_sprung_hinge_is_that_of_the_elastica"),
     ),
     Mutant(

@@ -21,7 +21,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from fsm.errors import NotConverged
-from fsm.solve.equations.newton import at_rest, equilibrium, negative_pivots
+from fsm.solve.equations.equilibrium_step import Ending
+from fsm.solve.equations.newton import at_rest, negative_pivots, tangent_prediction
 from fsm.solve.interface.system import System
 from fsm.solve.outcome.energy_balance import EnergyBalance
 from fsm.solve.outcome.run_io import AcceptedStep, CurvePoint, InitialState, OutputRequest, SavedState, Statistics
@@ -134,10 +135,19 @@ class _Follower(PathSteps):
         recorder, t = self.recorder, self.recorder.time
         if not self.system.nu or self.model.rests(t, recorder.q):
             return
+        newton, system, before = self.newton, self.system, (t, recorder.q)
+        residual = np.abs(system.force(t, recorder.q, None) / newton.scales.force_scale)
+        newton.largest_reaction = max(recorder.largest_reaction, float(residual.max()))
+        system.lock(0.0)
         try:
-            q = equilibrium(self.system, recorder.q, np.array([t]))
+            increment = tangent_prediction(system, t, t, recorder.q, newton.solver)
         except NotConverged:
             return
+        efforts = newton.efforts(t, recorder.q, before, increment)
+        found = newton.solve(t, system.retract(recorder.q, increment), before, efforts)
+        if found.ending is not Ending.CONVERGED:
+            return
+        q = found.q
         moved = self._size(self.system.difference(recorder.q, q))
         same = moved <= _SAME and not self.at_event  # a motor or a support may have taken over
         if same or moved > LARGEST_CORRECTION or negative_pivots(self.system, t, q, self.newton.solver):
