@@ -164,7 +164,7 @@ class Model:
         return self.add("scene.frames", name=name, **keys)
 
     def seam(self, name: str, **keys: Any) -> Self:
-        """Add a seam between an edge of a film and bodies: film, edge, bodies, stiffness (Pa)."""
+        """Add a seam between an edge of a film and bodies: film, edge, bodies; stiffness (Pa), or clamped."""
         return self.add("scene.seams", name=name, **keys)
 
     def pair(self, first: str, second: str, **keys: Any) -> Self:

@@ -34,7 +34,9 @@ def chosen(case: Case, scene: Scene | None, offered: Iterable[str]) -> tuple[lis
     names = list(offered)
     led, faults = _of_report(case.report, names)
     recorded, more = select_channels(names, case.save.channels)
-    of_joints = [f"joint.{joint.name}" for joint in (() if scene is None else scene.joints)]
+    seams = set[str]() if scene is None else {seam.name for seam in scene.seams}  # joints of seams are recorded on demand
+    joints = () if scene is None else scene.joints
+    of_joints = [f"joint.{joint.name}" for joint in joints if joint.name.rpartition(" (")[0] not in seams]
     if not case.report:
         led = [name for name in (f"{joint}.{of}" for joint in of_joints for of in _COORDINATES) if name in set(names)]
     kept = {*recorded, *led, *(f"{joint}.{of}" for joint in of_joints for of in _RECORDED)}

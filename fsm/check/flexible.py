@@ -88,5 +88,5 @@ def approximations_of_films(view: CheckContext) -> Iterator[str]:
         yield "beams bend in the x-z plane only, without shear strain; supports carry the forces along y"
     if view.scene.cables:
         yield "cables have no torsion: a moment about a cable acts on its frame and does not travel along it"
-    if view.scene.seams:
+    if any(seam.stiffness is not None for seam in view.scene.seams):
         yield "seams are springs: their two sides separate by the force per length of the edge over seam.stiffness"

@@ -103,8 +103,8 @@ def test_a_seam_holds_an_edge_as_a_guided_drive_does(tmp_path: Path) -> None:
 @pytest.mark.parametrize("facets", FACETS)
 def test_faults_of_frames_and_seams_name_the_key(facets: str) -> None:
     faulty = {
-        "scene.frames.0.place": ({"place": "edge right"}, "vertices; a frame needs one"),
-        "scene.frames.0.at": ({"at": [0.0, 0.0]}, "give `place` only"),
+        "scene.frames.0.place": ({"place": "vertices 6, 7, 8"}, "vertices; a frame needs one"),
+        "scene.frames.0.at": ({"at": [0.0, 0.0]}, "`at` is used on a facet"),
     }
     for path, (update, text) in faulty.items():
         scene = bar()

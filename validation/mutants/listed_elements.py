@@ -312,10 +312,10 @@ JOINED = (
         unit_test("joined_joints", "test_projected_states_open_no_joint"),
     ),
     Mutant(
-        "edges of films with half of their turn along the edge",
-        "fsm/model/compile/compile_joined.py",
-        "mean = weight * membrane_shape(x, y, b, c)",
-        "mean = 0.5 * weight * membrane_shape(x, y, b, c)",
+        "edges of films with half of their mean position",
+        "fsm/case/models/facet_mesh.py",
+        "weights = [share * point.weights",
+        "weights = [0.5 * share * point.weights",
         physics_test("flexible_joints", "test_tip_on_a_sprung_hinge_is_that_of_the_elastica"),
     ),
     Mutant(
@@ -369,6 +369,13 @@ FACETS = (
         "turn = np.diag([1.0, 1.0, 2.0])",
         "turn = np.diag([1.0, 1.0, 2.0**0.5])",
         unit_test("facets", "test_patch_of_uniform_curvature"),
+    ),
+    Mutant(
+        "frame of a line without the slope of its linear fit",
+        "fsm/case/models/facet_mesh.py",
+        "12.0 * place / whole**2 * weight",
+        "6.0 * place / whole**2 * weight",
+        physics_test("frames_on_sheets", "test_axes_of_a_line_have_unit_length_at_the_start"),
     ),
     Mutant(
         "mean strain of flexible facets without the turns of their edges",

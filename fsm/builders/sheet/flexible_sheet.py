@@ -16,7 +16,7 @@ from fsm.builders.patterns.cuts import facets_across_cuts, quaternions
 from fsm.builders.patterns.mesh_places import MeshPlace, mesh_place, mirrored_place
 from fsm.builders.patterns.of_sheet import flexible_mesh, pattern_of
 from fsm.builders.patterns.plates import seam_angle
-from fsm.builders.sheet.beside_sheet import frame_of_mesh
+from fsm.builders.sheet.beside_sheet import frame_on_sheet
 from fsm.builders.sheet.sheet_gas import with_gas
 from fsm.builders.sheet.sheet_joints import Folds, facet_damping, sheet_joints
 from fsm.builders.sheet.sheet_loads import load_parts, place_points, pressed_facets
@@ -148,9 +148,11 @@ class _FlexibleBuilder:
         mesh, facets = self.facets.mesh, self.facets
         place = np.empty(len(mesh.owner), dtype=np.int64)
         place[mesh.nodes] = np.arange(len(mesh.nodes))
-        names = [self._frame(f"node {row + 1}", mesh.at_node(node)) for row, node in enumerate(mesh.nodes.tolist())]
+        before = len(self.frames)
+        for row, node in enumerate(mesh.nodes.tolist()):
+            self._frame(f"node {row + 1}", mesh.at_node(node))
         return TouchingSheet(
-            tuple(SceneFrame(name=name, on=SHEET) for name in names), mesh.positions[mesh.nodes], mesh.node_areas,
+            tuple(self.frames[before:]), mesh.positions[mesh.nodes], mesh.node_areas,
             place[mesh.owner[mesh.triangles]], mesh.facet, mesh.plane,
             float(mesh.facet_areas.mean()), facets.thickness, facets.areal_density,
         )  # fmt: skip
@@ -200,7 +202,7 @@ class _FlexibleBuilder:
 
     def _frame(self, name: str, point: MeshPoint) -> str:
         """Add a frame at a point of the mesh; returns its name."""
-        frame, body = frame_of_mesh(self.facets, name, point)
+        frame, body = frame_on_sheet(self.facets.mesh.vectors, name, point)
         self.frames.append(frame)
         self.bodies.append(body)
         return name

@@ -198,9 +198,12 @@ _FREE = 1e-7
 def check_supports(case: Case, pattern: Pattern) -> None:
     """Raise a CaseError if a static sheet can move as a whole.
 
-    Cases with steps, which may change drives, are not checked. Dynamic cases need no supports and are not checked either.
+    Cases with steps, which may change drives, are not checked. Dynamic cases need no supports and are not checked either,
+    nor are sheets that joints, springs, cords, seams or force elements of a [scene] may hold.
     """
-    if case.step or case.solve.method not in ("static", "arc-length"):
+    scene = case.scene
+    held = scene is not None and (scene.joints or scene.springs or scene.cords or scene.seams or scene.elements)
+    if case.step or held or case.solve.method not in ("static", "arc-length"):
         return
     free = free_motions(case, pattern)
     if free:

@@ -11,6 +11,7 @@ import numpy as np
 
 from fsm.case.derived.contact_points import contact_points, points_inside
 from fsm.case.models.flexible import Edge, SceneBeam, SceneCable, SceneFilm, SceneFrame, SceneSeam, unstressed_length
+from fsm.case.models.joint import SceneJoint
 from fsm.case.models.scene import GROUND, Body, ForceElement, Quaternion, Scene
 from fsm.case.models.touching import SheetPoint
 from fsm.case.schema.known_names import nearest_name
@@ -63,21 +64,23 @@ def cable_axes(cable: SceneCable | SceneBeam, normal: tuple[float, float, float]
 def with_frames(scene: Scene) -> Scene:
     """Scene in which the frames are massless held bodies at their initial positions.
 
-    Each seam becomes frames and springs. Each contact point, and each end or edge that a joint, a spring or a cord names,
-    becomes a frame. The scene must pass `frame_faults` without
-    a fault.
+    Each seam becomes frames with joints or springs. Each contact point, and each end or edge that a joint, a spring or a
+    cord names, becomes a frame. The scene must pass `frame_faults` without a fault.
     """
     frames = [*scene.frames, *_named_places(scene)]
-    elements = list(scene.elements)
+    elements, joints = list(scene.elements), list(scene.joints)
     for seam in scene.seams:
         if not any(frame.name.startswith(f"{seam.name} (") for frame in frames):
-            more, springs = _seam_parts(seam, scene)
-            frames += more
-            elements += springs
+            for frame, joined in _seam_parts(seam, scene):
+                frames.append(frame)
+                if isinstance(joined, SceneJoint):
+                    joints.append(joined)
+                else:
+                    elements.append(joined)
     present = {frame.name for frame in frames}
     touching = [point.frame for points in contact_points(scene).values() for point in points]
     frames += [frame for frame in touching if frame.name not in present]
-    scene = scene.model_copy(update={"frames": tuple(frames), "elements": tuple(elements)})
+    scene = scene.model_copy(update={"frames": tuple(frames), "elements": tuple(elements), "joints": tuple(joints)})
     known = {body.name for body in scene.bodies}
     inside = points_inside(scene)
     bodies = [_frame_body(frame, scene, inside) for frame in scene.frames if frame.name not in known]
@@ -86,11 +89,11 @@ def with_frames(scene: Scene) -> Scene:
     of_frames = {frame.name for frame in scene.frames}
     all_bodies = (*scene.bodies, *bodies)
     turned = {GROUND: (1.0, 0.0, 0.0, 0.0)} | {body.name: body.orientation for body in all_bodies}
-    joined = tuple(
+    assembled = tuple(
         as_assembled(element, turned) if {element.inner, element.outer} & of_frames else element
         for element in scene.elements
     )
-    return scene.model_copy(update={"bodies": all_bodies, "elements": joined})
+    return scene.model_copy(update={"bodies": all_bodies, "elements": assembled})
 
 
 def part_places(scene: Scene) -> dict[str, SceneFrame]:
@@ -142,7 +145,7 @@ def frame_faults(scene: Scene) -> Iterator[Fault]:
             yield Fault("scene", f"the name {name!r} is used {count} times; names must differ")
     for i, film in enumerate(scene.films):
         yield from norm_faults(f"scene.films.{i}.orientation", film.orientation)
-    bodies = [body.name for body in scene.bodies]
+    bodies = [GROUND, *(body.name for body in scene.bodies)]
     for i, seam in enumerate(scene.seams):
         if seam.film not in films:
             text = f"no film is called {seam.film!r}{nearest_name(seam.film, [*films])}"
@@ -158,7 +161,7 @@ def frame_faults(scene: Scene) -> Iterator[Fault]:
     inside = points_inside(scene)
     for i, frame in enumerate(scene.frames):
         path = f"scene.frames.{i}"
-        if frame.name in inside:
+        if frame.name in inside or frame.on_sheet is not None:
             continue
         if (frame.point is not None) != (frame.on in trusses):
             text = "`point` is the number of a point of a truss; a film, a cable or a beam has `at`"
@@ -172,8 +175,6 @@ def frame_faults(scene: Scene) -> Iterator[Fault]:
             yield from _film_faults(frame, films[frame.on], path)
         elif frame.on in cables:
             yield from _cable_faults(frame, cables[frame.on], path)
-        elif scene.facets is not None and frame.name in scene.facets.points:
-            continue
         else:
             known = [*films, *cables, *trusses]
             yield Fault(f"{path}.on", f"no film, cable, beam or truss is called {frame.on!r}{nearest_name(frame.on, known)}")
@@ -183,47 +184,60 @@ def _seam_points(seam: SceneSeam, film: SceneFilm) -> list[tuple[float, float, f
     """Points (x, y) of a seam on its film, m, and the length of the edge that each represents, m.
 
     The edge of a film is a cubic between two nodes. Three Gauss points per element constrain this cubic; springs at the
-    nodes alone would not constrain it.
+    nodes alone would not constrain it. An ideal seam has its nodes, where it also constrains the direction of the edge.
     """
     (nx, ny), b, c = film.mesh, 0.5 * film.length, 0.5 * film.width
     if seam.edge == "corners":
         size = max(film.length / nx, film.width / ny)
         return [(x, y, size) for x in (-b, b) for y in (-c, c)]
-    across = seam.edge in ("left", "right")
-    side, count = (film.width, ny) if across else (film.length, nx)
+    side, count = (film.width, ny) if seam.edge in ("left", "right") else (film.length, nx)
+    gauss = zip((0.5 - math.sqrt(0.15), 0.5, 0.5 + math.sqrt(0.15)), (5 / 18, 8 / 18, 5 / 18), strict=True)
+    if seam.stiffness is None:
+        parts = [(k / count, 1 / count) for k in range(count + 1)]
+    else:
+        parts = [((k + place) / count, weight / count) for place, weight in gauss for k in range(count)]
     points = []
-    for k in range(count):
-        for place, weight in zip((0.5 - math.sqrt(0.15), 0.5, 0.5 + math.sqrt(0.15)), (5 / 18, 8 / 18, 5 / 18), strict=True):
-            at, length = ((k + place) / count - 0.5) * side, weight * side / count
-            x, y = {"left": (-b, at), "right": (b, at), "bottom": (at, -c), "top": (at, c)}[seam.edge]
-            points.append((x, y, length))
+    for place, weight in sorted(parts):
+        at, length = (place - 0.5) * side, weight * side
+        x, y = {"left": (-b, at), "right": (b, at), "bottom": (at, -c), "top": (at, c)}[seam.edge]
+        points.append((x, y, length))
     return points
 
 
-def _seam_parts(seam: SceneSeam, scene: Scene) -> tuple[list[SceneFrame], list[ForceElement]]:
-    """Frames of a seam and the springs between them and the bodies."""
+def _seam_parts(seam: SceneSeam, scene: Scene) -> Iterator[tuple[SceneFrame, SceneJoint | ForceElement]]:
+    """Frames of a seam with the joints or springs between them and the bodies."""
     film = next(film for film in scene.films if film.name == seam.film)
     bodies = {body.name: body for body in scene.bodies}
-    frames, elements = [], []
+    way = quaternion_matrix(film.orientation)[:, 1 if seam.edge in ("left", "right") else 0]
     for k, (x, y, length) in enumerate(_seam_points(seam, film)):
         frame = SceneFrame(name=f"{seam.name} ({k + 1})", on=film.name, at=(x, y))
         place = np.array(_on_film(frame, film).position)
-        body = nearest_body(place, [bodies[name] for name in seam.bodies])
-        outer = (quaternion_matrix(body.orientation).T @ (place - np.array(body.position))).tolist()
-        spring = seam.stiffness * length
-        frames.append(frame)
-        elements.append(
-            ForceElement(
-                name=frame.name, inner=frame.name, outer=body.name, point_outer=(outer[0], outer[1], outer[2]),
-                translation=(spring, spring, spring),
-            )
-        )  # fmt: skip
-    return frames, elements
+        yield frame, joined_to_body(seam, frame.name, place, length, None if seam.edge == "corners" else way, bodies)
 
 
-def nearest_body(place: np.ndarray, bodies: Iterable[Body]) -> Body:
-    """Body whose centre of mass is nearest to a point (3,) at the start."""
-    return min(bodies, key=lambda body: math.dist(body.position, place.tolist()))
+def joined_to_body(
+    seam: SceneSeam, frame: str, place: np.ndarray, length: float, way: np.ndarray | None, bodies: dict[str, Body]
+) -> SceneJoint | ForceElement:
+    """Joint or spring of a seam between a frame at a place (3,) and the nearest body of the seam.
+
+    Parameters
+    ----------
+    length : length of the edge that the frame represents, m
+    way : direction (3,) of the edge; None: the frame has no axes, or the seam is at corners
+    bodies : bodies by name
+    """
+    known = bodies | {GROUND: _body(GROUND, np.zeros(3), (1.0, 0.0, 0.0, 0.0))}
+    body = min((known[name] for name in seam.bodies), key=lambda body: math.dist(body.position, place.tolist()))
+    x, y, z = place.tolist()
+    if seam.stiffness is None:
+        kind = "fixed" if seam.clamped else "spherical" if way is None else "revolute"
+        axis = way.tolist() if way is not None and kind == "revolute" else None
+        return SceneJoint(name=frame, kind=kind, first=body.name, second=frame, at=(x, y, z), axis=axis)
+    x, y, z = (quaternion_matrix(body.orientation).T @ (place - np.array(body.position))).tolist()
+    spring = seam.stiffness * length
+    return ForceElement(
+        name=frame, inner=frame, outer=body.name, point_outer=(x, y, z), translation=(spring, spring, spring)
+    )
 
 
 def _is_frame(body: Body) -> bool:

@@ -8,7 +8,7 @@ and 3 s + 2 are its slopes along two orthogonal directions. All sectors of a nod
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -50,6 +50,23 @@ class MeshPoint(NamedTuple):
     weights: np.ndarray
     along: np.ndarray
     across: np.ndarray
+
+
+def line_mean(parts: Sequence[tuple[MeshPoint, float, float]]) -> MeshPoint:
+    """Mean of a line: mean position, slope of the linear fit of the positions along the line, and mean slope across it.
+
+    Parameters
+    ----------
+    parts : Gauss points of the line, each with its place along the line, m from the middle, and its length, m
+    """
+    whole = sum(length for _, _, length in parts)
+    vectors, index = np.unique(np.concatenate([point.vectors for point, _, _ in parts]), return_inverse=True)
+    shares = [length / whole for _, _, length in parts]
+    weights = [share * point.weights for share, (point, _, _) in zip(shares, parts, strict=True)]
+    along = [12.0 * place / whole**2 * weight for weight, (_, place, _) in zip(weights, parts, strict=True)]
+    across = [share * point.across for share, (point, _, _) in zip(shares, parts, strict=True)]
+    sums = (np.bincount(index, np.concatenate(part), len(vectors)) for part in (weights, along, across))
+    return MeshPoint(vectors, *sums)
 
 
 class MeshCrease(NamedTuple):
@@ -136,6 +153,11 @@ class FacetMesh:
         along = np.roll(self.plane, -1, axis=1) - self.plane
         areas = 0.5 * (along[:, 0, 0] * along[:, 1, 1] - along[:, 0, 1] * along[:, 1, 0])
         return np.bincount(self.facet, weights=areas)
+
+    @cached_property
+    def vectors(self) -> np.ndarray:
+        """All vectors at the start, (3 s, 3)."""
+        return np.concatenate([self.positions[:, None], self.slopes], axis=1).reshape(-1, 3)
 
     @property
     def area(self) -> float:
@@ -249,23 +271,25 @@ class FacetMesh:
     def on_edge(self, edge: np.ndarray) -> list[tuple[MeshPoint, float]]:
         """Gauss points of one edge (2,) of a triangle, with axes, and the lengths that they represent, m.
 
-        The position is the cubic of the edge. Two points integrate it exactly.
+        Two points integrate the cubic of the edge exactly.
         """
+        half = 0.5 * float(self.lengths[edge[0], edge[1]])
+        return [(self.edge_point(edge, x), half) for x in (_GAUSS, 1.0 - _GAUSS)]
+
+    def edge_point(self, edge: np.ndarray, x: float) -> MeshPoint:
+        """Point of one edge (2,) of a triangle at the part x of its length, on the cubic of the edge, with axes."""
         (sectors,), (directions,) = self.ends(edge[None]), self.directions(edge[None])
         length = float(self.lengths[edge[0], edge[1]])
         vectors = np.array([v for s in sectors.tolist() for v in (3 * int(self.owner[s]), 3 * s + 1, 3 * s + 2)])
-        found = []
-        for x in (_GAUSS, 1.0 - _GAUSS):
-            value = (1 - x) ** 2 * (1 + 2 * x), length * x * (1 - x) ** 2, x * x * (3 - 2 * x), length * x * x * (x - 1)
-            slope = (
-                6 * x * (x - 1) / length, (1 - x) * (1 - 3 * x), 6 * x * (1 - x) / length, x * (3 * x - 2),
-            )  # fmt: skip
-            (a, b), (c, d) = directions
-            weights = np.array([value[0], value[1] * a, value[1] * b, value[2], value[3] * c, value[3] * d])
-            along = np.array([slope[0], slope[1] * a, slope[1] * b, slope[2], slope[3] * c, slope[3] * d])
-            across = np.array([0.0, -(1 - x) * b, (1 - x) * a, 0.0, -x * d, x * c])
-            found.append((MeshPoint(vectors, weights, along, across), 0.5 * length))
-        return found
+        value = (1 - x) ** 2 * (1 + 2 * x), length * x * (1 - x) ** 2, x * x * (3 - 2 * x), length * x * x * (x - 1)
+        slope = (
+            6 * x * (x - 1) / length, (1 - x) * (1 - 3 * x), 6 * x * (1 - x) / length, x * (3 * x - 2),
+        )  # fmt: skip
+        (a, b), (c, d) = directions
+        weights = np.array([value[0], value[1] * a, value[1] * b, value[2], value[3] * c, value[3] * d])
+        along = np.array([slope[0], slope[1] * a, slope[1] * b, slope[2], slope[3] * c, slope[3] * d])
+        across = np.array([0.0, -(1 - x) * b, (1 - x) * a, 0.0, -x * d, x * c])
+        return MeshPoint(vectors, weights, along, across)
 
     def in_box(self, corners: np.ndarray) -> np.ndarray:
         """Owners of the nodes in a box (2, 3) at the start."""

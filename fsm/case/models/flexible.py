@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, PrivateAttr, model_validator
 
+from fsm.case.models.facet_mesh import MeshPoint
 from fsm.case.models.sheet_parts import Box
 from fsm.case.schema.model import Key, Model, Name
 from fsm.case.schema.units import Count, Density, Length, Number, Stress, Time
@@ -100,8 +101,9 @@ class SceneFrame(Model):
     name: Name = Key("name, with which elements and loads refer to the frame", within="different from all other names")
     on: str = Key('"sheet": the `[sheet]` of the case', within='a film, a cable, a beam, a truss or "sheet"')
     at: tuple[Length, ...] = Key(
-        "material point without stress: (x, y) from the center of a film, or (s) from the start of a cable or " "beam",
-        default=(), shown="needed for films, cables and beams", within="on the film or cable"
+        "material point without stress: (x, y) from the center of a film, or (s) from the start of a cable or beam. On a "
+        "sheet: (s) from the first of two vertices of a side, or the place (x, y, z) of a point of a facet at the start",
+        default=(), shown="needed for films, cables, beams and facets", within="on the part"
     )  # fmt: skip
     edge: Literal["left", "right", "bottom", "top"] | None = Key(
         "edge of a film in place of `at`. The frame has the mean position and the mean direction of the edge; "
@@ -112,19 +114,33 @@ class SceneFrame(Model):
         shown="needed for trusses"
     )  # fmt: skip
     place: str | Box | None = Key(
-        'vertex of the sheet, for example "vertex 3", or a box around one vertex as two opposite corners', default=None,
-        shown="needed for sheets", within="one vertex"
+        'place on the sheet: a vertex, "vertex 3", or a box around one vertex as two opposite corners; a side of a facet '
+        'by its ends, "vertices 3, 4", or an edge, "edge left"; a facet, "facet 2". A side or an edge without `at` is a '
+        "mean, as `edge` of a film", default=None, shown="needed for sheets", within="one place"
     )  # fmt: skip
     normal: tuple[Number, Number, Number] = Key(
         "for a cable: the y axis of the frame is the vector product of `normal` and the direction of the "
         "cable. The frame follows the bending of the cable", default=(0.0, 0.0, 1.0), within="across the cable",
     )  # fmt: skip
+    _on_sheet: MeshPoint | None = PrivateAttr(default=None)
+
+    @property
+    def on_sheet(self) -> MeshPoint | None:
+        """Point of a sheet by the vectors of its mesh, or by the points of its truss; only builders of sheets give it."""
+        return self._on_sheet
+
+    def at_point(self, point: MeshPoint) -> Self:
+        """Same frame at a point of a sheet."""
+        frame = self.model_copy()
+        frame._on_sheet = point
+        return frame
 
 
 class SceneSeam(Model):
-    """Seam between an edge of a film or of the sheet and bodies: springs along the edge.
+    """Seam between an edge of a film or of the sheet and bodies: ideal, or springs along the edge.
 
-    Films have three springs for each element, flexible facets two for each cell, other facets one for each vertex.
+    An ideal seam has a joint at each node or vertex of the edge. Of springs, films have three for each element, flexible
+    facets two for each cell, other facets one for each vertex.
     """
 
     name: Name = Key("name of the seam", within="different from all other names")
@@ -133,10 +149,24 @@ class SceneSeam(Model):
         "an edge of the sheet, as in `[[drive]]`, or of the film",
         within='films: "left", "right", "bottom", "top", "corners"'
     )  # fmt: skip
-    bodies: tuple[str, ...] = Key("each point of the seam is joined to the nearest of these bodies", within="one or more")
-    stiffness: Stress = Key(
-        "stiffness in all directions (N/m) per length of the edge (m); a corner represents the length of an " "element", gt=0
+    bodies: tuple[str, ...] = Key(
+        "each point of the seam is joined to the nearest of these bodies", within='one or more, or "ground" alone'
     )
+    stiffness: Stress | None = Key(
+        "stiffness in all directions (N/m) per length of the edge (m); a corner represents the length of an element. "
+        "Absent: ideal, both sides do not part", default=None, gt=0
+    )  # fmt: skip
+    clamped: bool = Key(
+        "an ideal seam also keeps the angle between the edge and the body; else the edge turns about itself", default=False
+    )
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        if self.clamped and self.stiffness is not None:
+            raise ValueError(f"the clamped seam {self.name!r} is ideal; remove `stiffness`, or `clamped`")
+        if "ground" in self.bodies and len(self.bodies) > 1:
+            raise ValueError(f'the seam {self.name!r} names "ground" beside bodies; give two seams')
+        return self
 
 
 def unstressed_length(cable: SceneCable | SceneBeam) -> float:

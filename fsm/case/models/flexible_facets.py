@@ -90,7 +90,6 @@ class FlexibleFacets:
         Kelvin-Voigt time of the facets.
     folds : folds at every node of the creases of the mesh, in order; None without creases
     held : components (x, y, z: 0, 1, 2) of vectors that cannot move, by the number of the vector
-    points : points of the mesh by the name of their frame
     probes : points by the name of a probe
     laminate : stiffness of the plies, which replaces the stiffness of an isotropic plate
     rounding : half-width, as a strain, of the rounded kinks of a tension field; None: facets carry compressive stress
@@ -104,7 +103,6 @@ class FlexibleFacets:
     viscosity: float = 0.0
     folds: FoldData | None = None
     held: dict[int, set[int]] = field(default_factory=dict)
-    points: dict[str, MeshPoint] = field(default_factory=dict)
     probes: dict[str, MeshPoint] = field(default_factory=dict)
     laminate: Laminate | None = None
     rounding: float | None = None

@@ -38,7 +38,8 @@ class SceneJoint(Model):
     kind: JointKind = Key("what the joint leaves free, see below")
     first: str = Key(
         "first body, which carries the axis; on flexible parts a frame, or an end or edge by its name, as "
-        '`"beam 1.end"` and `"film 1.left"`', within='a body, "ground", a frame, or an end or edge of a flexible part',
+        '`"beam 1.end"`, `"film 1.left"` and `"sheet.left"`',
+        within='a body, "ground", a frame, an end or edge of a flexible part, or a facet',
     )  # fmt: skip
     second: str = Key("second body, whose motion relative to the first is the motion of the joint", within="as `first`")
     at: tuple[Length, Length, Length] = Key("place of the joint at the start, inertial axes")

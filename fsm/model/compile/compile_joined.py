@@ -10,7 +10,7 @@ import numpy as np
 from fsm.case.derived.contact_points import contact_points, points_inside
 from fsm.case.derived.frame_bodies import cable_axes, edge_middle, frame_faults, quaternion_matrix, with_frames
 from fsm.case.models.chambers import PanelSurface
-from fsm.case.models.facet_mesh import MeshPoint, facet_vectors
+from fsm.case.models.facet_mesh import MeshPoint, facet_vectors, line_mean
 from fsm.case.models.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, unstressed_length
 from fsm.case.models.flexible_facets import SHEET, FlexibleFacets, FoldData
 from fsm.case.models.gas import Orifice
@@ -156,7 +156,6 @@ class _Parts:
     films: dict[str, tuple[SceneFilm, FilmGrid]]
     cables: dict[str, tuple[SceneCable | SceneBeam, np.ndarray]]
     trusses: dict[str, tuple[SceneTruss, np.ndarray]]
-    facets: dict[str, MeshPoint]
     first: int
 
     @classmethod
@@ -187,7 +186,7 @@ class _Parts:
                 builder.hold(nodes[0 if end == "start" else -1, 0])
             cables[cable.name] = cable, nodes
         trusses = {truss.name: (truss, _add_truss(builder, truss, scene.folds)) for truss in scene.trusses}
-        facets, first, points = scene.facets, 0, dict[str, MeshPoint]()
+        facets, first = scene.facets, 0
         if facets is not None:
             material = FilmMaterial(facets.young, facets.poisson, facets.density, facets.thickness)
             if (plies := facets.laminate) is not None:
@@ -195,7 +194,7 @@ class _Parts:
                 stiffest = float(plies.stretch.diagonal()[:2].max()) / thickness
                 constants = stiffest, 0.0, plies.areal_density / thickness, thickness
                 material = LaminateMaterial(*constants, plies.stretch, plies.bending)
-            mesh, points = facets.mesh, facets.points
+            mesh = facets.mesh
             start = np.concatenate([mesh.positions[:, None], mesh.slopes], axis=1)
             numbers = facet_vectors(mesh)
             shape = start, mesh.owner, numbers, mesh.plane, mesh.angle
@@ -204,7 +203,7 @@ class _Parts:
                 builder.add(_facet_creases(facets, facets.folds, first))
             for vector, components in facets.held.items():
                 builder.hold(first + 3 * vector, tuple(sorted(components)))
-        return cls(builder.build(), films, cables, trusses, points, first)
+        return cls(builder.build(), films, cables, trusses, first)
 
     def drawn(self) -> DrawnLines:
         """Lines of cables and beams as they are drawn: three pieces of each element."""
@@ -271,9 +270,9 @@ class _Parts:
 
     def point(self, frame: SceneFrame) -> FramePoint:
         """Frame as sums of nodal vectors."""
-        if frame.name in self.facets:
-            point = self.facets[frame.name]
-            return FramePoint(self.first + 3 * point.vectors, point.weights, point.along, point.across, np.zeros(3))
+        if (point := frame.on_sheet) is not None:
+            places = self.trusses[frame.on][1][point.vectors] if frame.on in self.trusses else self.first + 3 * point.vectors
+            return _point(places, point.weights, point.along, point.across, np.zeros(3))
         if frame.on in self.films:
             return _film_point(*self.films[frame.on], frame)
         if frame.on in self.trusses:
@@ -350,24 +349,19 @@ def _cell(lines: np.ndarray, at: float) -> tuple[int, float, float]:
 def _edge_point(film: SceneFilm, grid: FilmGrid, edge: str) -> FramePoint:
     """Frame on an edge: means of position and of the slope across the edge, and the slope of the linear fit along it."""
     across = edge in ("left", "right")  # the edge runs along y
-    lines, size = (grid.y, film.width) if across else (grid.x, film.length)
+    lines = grid.y if across else grid.x
     fixed = edge_middle(film, edge)[0 if across else 1]
     places, shares = gauss(_ON_EDGE)
-    found: dict[int, np.ndarray] = {}
+    parts = list[tuple[MeshPoint, float, float]]()
     for first, last in pairwise(lines.tolist()):
         for place, share in zip(places.tolist(), shares.tolist(), strict=True):
             along = first + place * (last - first)
             at = (fixed, along) if across else (along, fixed)
             (i, x, b), (j, y, c) = (_cell(cells, one) for cells, one in zip((grid.x, grid.y), at, strict=True))
-            weight = share * (last - first) / size
-            mean = weight * membrane_shape(x, y, b, c)
-            slope = weight * membrane_shape(x, y, b, c, derivative=(1, 0) if across else (0, 1))
-            fit = 12.0 * along / size**2 * mean
-            rows = np.array([mean, slope, fit] if across else [mean, fit, slope]).T
-            for vector, row in zip(grid.vectors(i, j).tolist(), rows, strict=True):
-                found[vector] = found.get(vector, 0.0) + row
-    weights, first_way, second_way = np.array(list(found.values())).T
-    return _point(np.array(list(found), dtype=np.int64), weights, first_way, second_way, np.zeros(3))
+            value, slope = membrane_shape(x, y, b, c), membrane_shape(x, y, b, c, derivative=(1, 0) if across else (0, 1))
+            parts.append((MeshPoint(grid.vectors(i, j), value, np.zeros(len(value)), slope), along, share * (last - first)))
+    vectors, weights, fit, slope = line_mean(parts)
+    return _point(vectors, weights, *((slope, fit) if across else (fit, slope)), np.zeros(3))
 
 
 def _film_point(film: SceneFilm, grid: FilmGrid, frame: SceneFrame) -> FramePoint:

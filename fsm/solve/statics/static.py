@@ -21,7 +21,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from fsm.errors import NotConverged
-from fsm.solve.equations.newton import at_rest, equilibrium, negative_pivots
+from fsm.solve.equations.equilibrium_step import Ending
+from fsm.solve.equations.newton import at_rest, equilibrium, negative_pivots, tangent_prediction
 from fsm.solve.interface.system import System
 from fsm.solve.outcome.energy_balance import EnergyBalance
 from fsm.solve.outcome.run_io import AcceptedStep, CurvePoint, InitialState, OutputRequest, SavedState, Statistics
@@ -135,7 +136,7 @@ class _Follower(PathSteps):
         if not self.system.nu or self.model.rests(t, recorder.q):
             return
         try:
-            q = equilibrium(self.system, recorder.q, np.array([t]))
+            q = self._equilibrium_at(t, recorder.q)
         except NotConverged:
             return
         moved = self._size(self.system.difference(recorder.q, q))
@@ -146,6 +147,28 @@ class _Follower(PathSteps):
         if recorder.jump_admissible(t, q, observed):
             recorder.slide(t, q, observed)
             self._forget()
+
+    def _equilibrium_at(self, t: float, q: np.ndarray) -> np.ndarray:
+        """Equilibrium near a configuration at rest: by the plain iteration, else by the mixed one, for stiff membranes.
+
+        Raises
+        ------
+        NotConverged
+            Neither iteration converges.
+        """
+        try:
+            return equilibrium(self.system, q, np.array([t]))
+        except NotConverged as error:
+            newton, before = self.newton, (t, q)
+            residual = np.abs(self.system.force(t, q, None) / newton.scales.force_scale)
+            newton.largest_reaction = max(self.recorder.largest_reaction, float(residual.max()))
+            self.system.lock(0.0)
+            increment = tangent_prediction(self.system, t, t, q, newton.solver)
+            efforts = newton.efforts(t, q, before, increment)
+            found = newton.solve(t, self.system.retract(q, increment), before, efforts)
+            if found.ending is not Ending.CONVERGED:
+                raise error
+            return found.q
 
     def _pass_critical(self, reason: Reason) -> None:
         """Continue past a critical point."""

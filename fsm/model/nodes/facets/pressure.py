@@ -17,12 +17,12 @@ from functools import cached_property
 
 import numpy as np
 
+from fsm.interactions.triangles.cubic import cubic_shapes
 from fsm.kernels.addresses import address_table, floats_1d, floats_3d, integers_2d
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import pieces_at, program_at
 from fsm.kernels.programs import Pieces, Program, table_of
 from fsm.model.nodes.arrays import FORCE, LAST, MEAN_OVER, NOW, NUMBERS, STIFFNESS, Q, U
-from fsm.model.nodes.facets.facet_shape import cubic_shapes
 from fsm.model.nodes.group import ElementGroup
 
 _POINTS = 5
