@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 
 from fsm.interactions.contact.shapes import ContactForces
-from fsm.interactions.triangles.closest_features import Faces, Found, find_edge_edges, find_point_faces, list_near_edges, select_faces
+from fsm.interactions.triangles.closest_features import (
+    Faces,
+    Found,
+    find_edge_edges,
+    find_point_faces,
+    list_near_edges,
+    select_faces,
+)
 from fsm.interactions.triangles.feature_contact import parallel_weights, tangent_features, write_features
 from fsm.interactions.triangles.triangles_pass import (
     edge_passes_edge,

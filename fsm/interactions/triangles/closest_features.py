@@ -397,10 +397,10 @@ def _boxes(places: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np.ndarra
 @kernel
 def _apart(low: np.ndarray, high: np.ndarray, one: int, two: int, reach: float) -> bool:
     """Whether the boxes of two edges are farther apart than the reach along an axis."""
+    apart = False
     for e in range(3):
-        if low[one, e] - high[two, e] > reach or low[two, e] - high[one, e] > reach:
-            return True
-    return False
+        apart |= low[one, e] - high[two, e] > reach or low[two, e] - high[one, e] > reach
+    return apart
 
 
 @kernel

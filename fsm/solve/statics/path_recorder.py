@@ -27,10 +27,13 @@ from fsm.solve.stepping.march import (
     DISSIPATED,
     DRIVEN,
     ERROR,
+    LOSSES,
     LOST,
     POWER,
+    ROUND_OFF,
     SHORTEST,
     START,
+    TURNOVER,
     WORK,
 )
 from fsm.solve.stepping.model import CREASES as OF_CREASES
@@ -179,12 +182,16 @@ class PathRecorder:
         """See `fsm.solve.stepping.path.is_off`."""
         return is_off(self.energy_balance.numbers(), self.largest_reaction, self._extent, bound)
 
-    def march(self, solver: StepMethod, until: float, most: int) -> tuple[np.ndarray, StepEnergy]:
-        """Take at most `most` steps of a time integrator in a kernel; returns records of all steps, and their energies."""
+    def march(self, solver: StepMethod, until: float, most: int, allowed: float) -> tuple[np.ndarray, StepEnergy]:
+        """Take at most `most` steps of a time integrator in a kernel; returns records of all steps, and their energies.
+
+        The steps end early when their energy balance residual exceeds `allowed` times the reference energy.
+        """
         drives, balance = len(self.last.drive.travel), np.zeros(BALANCE)
         solver.recorded = OF_DRIVES + 2 * drives + len(self.last.pairs.force)
         balance[START], balance[POWER] = self.last.energy.stored_except_driven, self.last.energy.input_power
-        balance[SHORTEST] = balance[ALLOWED] = np.inf
+        balance[TURNOVER], balance[ROUND_OFF] = self.energy_balance.turnover, self.energy_balance.round_off_floor
+        balance[SHORTEST], balance[ALLOWED], balance[LOSSES] = np.inf, allowed, 1.0
         records = solver.march(balance, until, most, every=True)
         work = balance[WORK] - balance[DRIVEN]
         return records, StepEnergy(float(work), float(balance[DISSIPATED]), solver.pair_energy)
@@ -212,8 +219,9 @@ class PathRecorder:
             drive = DriveState(record[OF_DRIVES:forces], record[forces:of_pairs])
             path = CurvePoint.path_after(points, moving or not near_all_along)
             contacts, state = record[of_pairs : of_pairs + pairs], record[of_pairs + pairs :]
-            points.append(CurvePoint(drive, contacts, float(record[OF_TIME]), path, *record[[OF_PANELS, OF_CREASES]].tolist()))
-            passed.append((float(record[OF_TIME]), state[: len(q)]))
+            time, panels, creases = record[[OF_TIME, OF_PANELS, OF_CREASES]].tolist()
+            points.append(CurvePoint(drive, contacts, time, path, panels, creases))
+            passed.append((time, state[: len(q)]))
         if self.request.each_step:
             self._passed = tuple(passed)
         self.statistics.steps += len(records)

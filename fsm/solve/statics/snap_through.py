@@ -121,7 +121,7 @@ def move_until_rest(
         before, state, memory = (solver.t, solver.q, solver.u), solver.state(), system.memory()
         soon = recorder.time + _LOOKS * solver.motion.sizes[STEP_SIZE] > earliest
         most = 1 if alone else min(_FEW if soon else _LOOKS, settings.max_steps - recorder.statistics.steps)
-        records, step_energy = recorder.march(solver, recorder.next_save(until), most)
+        records, step_energy = recorder.march(solver, recorder.next_save(until), most, _LOST)
         observed = system.observe(solver.t, solver.q, solver.u)
         if damped is not None:
             damping_loss = damped.damping_loss(before[:2], (solver.t, solver.q))

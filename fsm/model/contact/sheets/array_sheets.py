@@ -35,8 +35,8 @@ from fsm.solve.stepping.vectors import copy_into
 RESTORED = 2
 """Value of the state REFERRED: the slots are those of the last renewal, but do not have the restored memory yet."""
 _STAY, _APPROACH = 0.03, 2.0 * np.sqrt(3.0) * (1.0 + 1e-9)
-"""Motion of nodes along an axis, over the margin, at which near edges are listed again, and the largest approach of two edges
-over this motion."""
+"""Motion of nodes along an axis, over the margin, at which near edges are listed again, and the largest approach of two
+edges over this motion."""
 _PARALLEL = 0.01
 """Squared sine of the angle between two edges below which they count as nearly parallel."""
 
