@@ -8,6 +8,7 @@ import numpy as np
 
 from fsm.case.loading.load_case import load_case
 from fsm.model.compile.compile_case import compile_case
+from fsm.solve.equations.linear import LinearSolver
 from fsm.solve.equations.newton import equilibrium
 from fsm.solve.statics.snap_through import _on_path
 
@@ -24,7 +25,7 @@ def test_speed_of_the_path_is_rest() -> None:
     after = equilibrium(system, before, np.array([first, second]))
     u = system.difference(before, after) / (second - first)
     kinetic = 0.5 * float(u @ (system.mass(before) @ u))
-    assert _on_path(system, first, before, kinetic, 0.0)
-    assert _on_path(system, first, before, 3.0 * kinetic, 0.0)
-    assert not _on_path(system, first, before, 5.0 * kinetic, 0.0)
-    assert _on_path(system, first, before, 5.0 * kinetic, 6.0 * kinetic)
+    assert _on_path(system, LinearSolver(), first, before, kinetic, 0.0)
+    assert _on_path(system, LinearSolver(), first, before, 3.0 * kinetic, 0.0)
+    assert not _on_path(system, LinearSolver(), first, before, 5.0 * kinetic, 0.0)
+    assert _on_path(system, LinearSolver(), first, before, 5.0 * kinetic, 6.0 * kinetic)

@@ -16,6 +16,7 @@ from fsm.model.system.system import SegmentSystem
 from fsm.solve.equations.newton import negative_pivots
 from fsm.solve.outcome.run_io import CurvePoint, SavedState, Statistics
 from fsm.solve.settings import PathSettings
+from fsm.solve.statics import snap_through
 from fsm.solve.statics.arc_length import PathPoint, trace
 from fsm.solve.statics.static import follow
 from validation.closed_forms.beams import POST_BUCKLING as ELASTICA
@@ -196,10 +197,10 @@ def test_arc_length_passes_a_snap_back() -> None:
     assert unstable.any()
 
 
-def snap_of_truss(**settings: float) -> tuple[np.ndarray, Statistics]:
+def snap_of_truss(points: list[CurvePoint] | None = None, **settings: float) -> tuple[np.ndarray, Statistics]:
     """Forces of all steps (N), and statistics, of the truss with weak damping, whose apex swings for long after the snap."""
     system = truss(0.002)
-    motion, points = system.motions[0], list[CurvePoint]()
+    motion, points = system.motions[0], [] if points is None else points
     whole = PathSettings(motion.time_of(0.5), motion.time_of(0.01))
     statistics, _ = follow(system, replace(whole, **settings), [], lambda state: None, points=points)
     return np.array([point.drive.force[0] for point in points]), statistics
@@ -214,6 +215,22 @@ def test_a_snap_ends_at_the_force_limit() -> None:
     assert limit.kind == "force limit" and limit.end_force == force[-1] == pytest.approx(-5.2, rel=1e-3)
     assert np.abs(force[:-1]).max() < 5.2
     assert snap.travel < limit.travel < unlimited.events[0].end_travel
+
+
+def test_a_snap_does_not_depend_on_the_steps_of_a_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Force of a motion whose steps are taken one by one, and up to eight in each kernel, over its first swing; then the
+    phases of both part, by the tolerance of the motion.
+    """
+    several, alone = list[CurvePoint](), list[CurvePoint]()
+    snap_of_truss(several)
+    monkeypatch.setattr(snap_through, "_LOOKS", 1)
+    monkeypatch.setattr(snap_through, "_FEW", 1)
+    snap_of_truss(alone)
+    (t, force), (s, other) = (np.array([(p.time, p.drive.force[0]) for p in one]).T for one in (several, alone))
+    swing = int(np.argmin(force))
+    assert force[swing] < -5.0
+    apart = np.abs(force - np.interp(t, s, other))[: swing + 1]
+    assert apart.max() < 5e-3 * np.abs(force).max()
 
 
 def test_the_steps_of_a_snap_count() -> None:

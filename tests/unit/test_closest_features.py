@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 
 from fsm.interactions.contact.shapes import ContactForces
-from fsm.interactions.triangles.closest_features import Faces, Found, find_edge_edges, find_point_faces, select_faces
+from fsm.interactions.triangles.closest_features import (
+    Faces,
+    Found,
+    find_edge_edges,
+    find_point_faces,
+    list_near_edges,
+    select_faces,
+)
 from fsm.interactions.triangles.feature_contact import parallel_weights, tangent_features, write_features
 from fsm.interactions.triangles.triangles_pass import (
     edge_passes_edge,
@@ -63,7 +70,7 @@ def of_point(outline: int, side: float) -> Callable[[np.ndarray], Found]:
 
 
 def of_edges(places: np.ndarray) -> Found:
-    found, edges, slots = nothing_found(), np.array([[0, 1], [2, 3]]), (np.array([0]), np.array([1]), 0)
+    found, edges, slots = nothing_found(), np.array([[0, 1], [2, 3]]), (np.array([0]), np.array([1]), np.array([0]))
     assert find_edge_edges(places, *slots, edges, np.array([0.01]), 9.0, ONE.copy(), np.zeros(1), found, 0) == 1
     return found
 
@@ -259,3 +266,25 @@ def test_no_pair_that_meets_is_excluded_before_its_cubic_is_solved() -> None:
         assert _edge_passes_edge(start, end) == crossing
         met += inside, crossing
     assert met.min() > 10
+
+
+def test_near_edges_contain_all_contacts_until_nodes_have_moved() -> None:
+    random, count, move, clearance = np.random.default_rng(5), 40, 0.02, 0.05
+    places, edges = random.uniform(0.0, 1.0, (2 * count, 3)), np.arange(2 * count).reshape(count, 2)
+    first, second = (part.astype(np.int64) for part in np.triu_indices(count, 1))
+    every, near = np.arange(len(first)), np.zeros(len(first), dtype=np.int64)
+    reach, clearances = 2.0 * np.sqrt(3.0) * move, np.full(len(first), clearance)
+    number = list_near_edges(places, first, second, 0, edges, clearances, reach, near)
+    moved = places + random.choice([-move, move], places.shape)
+
+    def found(listed: np.ndarray) -> list[int]:
+        slots, rows = np.zeros(len(first), dtype=np.int64), len(first)
+        closest = Found(
+            np.zeros((rows, 4), dtype=np.int64), np.zeros(rows, dtype=np.int64), np.zeros((rows, 4)), np.zeros((rows, 2, 4)),
+            np.zeros((rows, 3)), np.zeros(rows),
+        )  # fmt: skip
+        of_edges = moved, first, second, listed, edges, clearances
+        return slots[: find_edge_edges(*of_edges, 0.0, slots, np.zeros(rows), closest, 0)].tolist()
+
+    assert found(near[:number]) == found(every)
+    assert 10 < len(found(every)) < number < len(every) // 2

@@ -413,6 +413,13 @@ FACETS = (
         unit_test("closest_features", "test_the_tangent_is_that_of_the_force"),
     ),
     Mutant(
+        "near edges of flexible facets without their clearance",
+        "fsm/interactions/triangles/closest_features.py",
+        "within = clearance[i] + reach",
+        "within = reach",
+        unit_test("closest_features", "test_near_edges_contain_all_contacts_until_nodes_have_moved"),
+    ),
+    Mutant(
         "points pass through the planes of triangles, also beside them",
         "fsm/interactions/triangles/triangles_pass.py",
         "inside &= dot(part, normal) >= 0.0",

@@ -295,14 +295,17 @@ def triangles_of_face(
 
 def _is_ear(vertices: np.ndarray, corners: tuple[int, int, int], others: list[int], normal: np.ndarray) -> bool:
     """Whether three successive corners make a triangle inside the face."""
-    a, b, c = vertices[list(corners)]
+    a, b, c, *inner = vertices[[*corners, *others]].tolist()
+    along, over, up = normal.tolist()
 
-    def side(p: np.ndarray, q: np.ndarray, r: np.ndarray) -> float:
-        return float(np.cross(q - p, r - p) @ normal)
+    def side(p: list[float], q: list[float], r: list[float]) -> float:
+        x, y, z = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+        u, v, w = r[0] - p[0], r[1] - p[1], r[2] - p[2]
+        return float((y * w - z * v) * along + (z * u - x * w) * over + (x * v - y * u) * up)
 
-    if side(a, b, c) <= _SAME * float(np.linalg.norm(b - a) * np.linalg.norm(c - b)):
+    if side(a, b, c) <= _SAME * math.dist(a, b) * math.dist(b, c):
         return False
-    return not any(min(side(a, b, p), side(b, c, p), side(c, a, p)) >= 0.0 for p in vertices[others])
+    return not any(min(side(a, b, p), side(b, c, p), side(c, a, p)) >= 0.0 for p in inner)
 
 
 def edge_groups(flat: np.ndarray, faces: Sequence[Sequence[int]]) -> dict[str, tuple[int, ...]]:

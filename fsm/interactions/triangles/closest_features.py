@@ -257,24 +257,32 @@ def select_faces(
             at_edge = code == 1 + edge or code == 4 + edge or code == 4 + (edge + 1) % 3
             if at_edge and faces.beyond[of, edge] > 0.0:
                 part[s], side[s] = code, 0.0
+    over, beside = np.full(places.shape[0], np.inf), np.full(places.shape[0], np.inf)
     first = 0
     while first < count:
         last = first
         while last < count and node[last] == node[first]:
+            _note_least(over, faces.triangles[nearest[last]], square[last] if part[last] == 0 else np.inf)
             last += 1
         for s in range(first, last):
             if part[s] == 0:
                 continue
-            within = square[s] * (1.0 + 1e-6)
-            for other in range(first, last):
-                nearer = part[other] == 0 or other < s
-                if square[other] > within or other == s or not nearer:
-                    continue
-                for i in range(3):
-                    for j in range(3):
-                        if faces.triangles[nearest[s], i] == faces.triangles[nearest[other], j]:
-                            triangle[s] = -1
+            corners_of, within = faces.triangles[nearest[s]], square[s] * (1.0 + 1e-6)
+            for i in range(3):
+                if over[corners_of[i]] <= within or beside[corners_of[i]] <= within:
+                    triangle[s] = -1
+            _note_least(beside, corners_of, square[s])
+        for s in range(first, last):
+            for i in range(3):
+                over[faces.triangles[nearest[s], i]] = beside[faces.triangles[nearest[s], i]] = np.inf
         first = last
+
+
+@kernel
+def _note_least(least: np.ndarray, corners: np.ndarray, square: float) -> None:
+    """Update the least squared distance of the facets at each node (n,) by that of a triangle with these corners."""
+    for i in range(3):
+        least[corners[i]] = min(least[corners[i]], square)
 
 
 @kernel
@@ -376,33 +384,72 @@ def _on_edges(p: np.ndarray, q: np.ndarray, a: np.ndarray, b: np.ndarray) -> tup
 
 
 @kernel
-def find_edge_edges(
-    places: np.ndarray, first: np.ndarray, second: np.ndarray, begin: int, edges: np.ndarray, clearance: np.ndarray,
-    below: float, slot: np.ndarray, gap: np.ndarray, found: Found, number: int,
-) -> int:  # fmt: skip
-    """Find the slots, from `begin` on, of two edges (s,) whose gap is below a bound; `clearance` (s,).
-
-    The results follow the first `number` rows; other arguments and the result as in `find_point_faces`.
-    """
-    r, low, high = np.empty(3), np.empty((edges.shape[0], 3)), np.empty((edges.shape[0], 3))
+def _boxes(places: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Corners (e, 3) of the boxes of all edges."""
+    low, high = np.empty((edges.shape[0], 3)), np.empty((edges.shape[0], 3))
     for k in range(edges.shape[0]):
         for e in range(3):
             start, end = places[edges[k, 0], e], places[edges[k, 1], e]
             low[k, e], high[k, e] = min(start, end), max(start, end)
+    return low, high
+
+
+@kernel
+def _apart(low: np.ndarray, high: np.ndarray, one: int, two: int, reach: float) -> bool:
+    """Whether the boxes of two edges are farther apart than the reach along an axis."""
+    apart = False
+    for e in range(3):
+        apart |= low[one, e] - high[two, e] > reach or low[two, e] - high[one, e] > reach
+    return apart
+
+
+@kernel
+def _distance_of_edges(
+    places: np.ndarray, edges: np.ndarray, one: int, two: int, r: np.ndarray
+) -> tuple[float, float, float]:
+    """Distance of two edges, and the parameters of the closest points; writes the vector (3,) between them."""
+    p, q, a, b = places[edges[one, 0]], places[edges[one, 1]], places[edges[two, 0]], places[edges[two, 1]]
+    s, t = _on_edges(p, q, a, b)
+    for e in range(3):
+        r[e] = (1.0 - s) * p[e] + s * q[e] - (1.0 - t) * a[e] - t * b[e]
+    return np.sqrt(dot(r, r)), s, t
+
+
+@kernel
+def list_near_edges(
+    places: np.ndarray, first: np.ndarray, second: np.ndarray, begin: int, edges: np.ndarray, clearance: np.ndarray,
+    reach: float, out: np.ndarray,
+) -> int:  # fmt: skip
+    """Write the slots, from `begin` on, of two edges (s,) whose gap is at most the reach, and return their number; other
+    arguments as in `find_edge_edges`.
+    """
+    r, (low, high), number = np.empty(3), _boxes(places, edges), 0
     for i in range(begin, first.shape[0]):
+        within = clearance[i] + reach
+        if _apart(low, high, first[i], second[i], within):
+            continue
+        if _distance_of_edges(places, edges, first[i], second[i], r)[0] <= within:
+            out[number] = i
+            number += 1
+    return number
+
+
+@kernel
+def find_edge_edges(
+    places: np.ndarray, first: np.ndarray, second: np.ndarray, listed: np.ndarray, edges: np.ndarray,
+    clearance: np.ndarray, below: float, slot: np.ndarray, gap: np.ndarray, found: Found, number: int,
+) -> int:  # fmt: skip
+    """Find those of the listed slots of two edges (s,) whose gap is below a bound; `clearance` (s,).
+
+    The results follow the first `number` rows; other arguments and the result as in `find_point_faces`.
+    """
+    r = np.empty(3)
+    low, high = _boxes(places, edges)
+    for i in listed:
         reach, one, two = clearance[i] + below, first[i], second[i]
-        if low[one, 0] - high[two, 0] > reach or low[two, 0] - high[one, 0] > reach:
+        if _apart(low, high, one, two, reach):
             continue
-        if low[one, 1] - high[two, 1] > reach or low[two, 1] - high[one, 1] > reach:
-            continue
-        if low[one, 2] - high[two, 2] > reach or low[two, 2] - high[one, 2] > reach:
-            continue
-        of_p, of_q, of_a, of_b = edges[one, 0], edges[one, 1], edges[two, 0], edges[two, 1]
-        p, q, a, b = places[of_p], places[of_q], places[of_a], places[of_b]
-        s, t = _on_edges(p, q, a, b)
-        for e in range(3):
-            r[e] = (1.0 - s) * p[e] + s * q[e] - (1.0 - t) * a[e] - t * b[e]
-        distance = np.sqrt(dot(r, r))
+        distance, s, t = _distance_of_edges(places, edges, one, two, r)
         if distance >= reach or distance == 0.0:
             continue
         slot[number], gap[number] = i, distance - clearance[i]
@@ -417,8 +464,8 @@ def find_edge_edges(
             tau[k, 2], tau[k, 3] = -1.0, 1.0
             k += 1
         found.free[number] = k
-        found.nodes[number, 0], found.nodes[number, 1] = of_p, of_q
-        found.nodes[number, 2], found.nodes[number, 3] = of_a, of_b
+        for end in range(2):
+            found.nodes[number, end], found.nodes[number, 2 + end] = edges[one, end], edges[two, end]
         for e in range(3):
             found.normal[number, e] = r[e] / distance
         found.distance[number] = distance

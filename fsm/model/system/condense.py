@@ -84,10 +84,10 @@ def joined_pattern(
 
 
 @kernel
-def _is_empty(data: np.ndarray, k: int) -> bool:
-    """Whether all entries of a block are zero."""
-    for a in range(data.shape[1]):
-        for b in range(data.shape[2]):
+def _is_empty(data: np.ndarray, k: int, size: int) -> bool:
+    """Whether the entries of a block in its first rows and columns are zero."""
+    for a in range(size):
+        for b in range(size):
             if data[k, a, b] != 0.0:
                 return False
     return True
@@ -136,9 +136,10 @@ def add_condensed(
         for k in range(indptr[i], indptr[i + 1]):
             j = indices[k]
             at = starts[k]
-            if _is_empty(data, k):
+            points = lone_left[i] and lone_right[j]
+            if _is_empty(data, k, 3 if points else 6):
                 continue  # this is true for most blocks, because most points of films have no contact
-            if lone_left[i] and lone_right[j]:
+            if points:
                 block = out[slots[at]]
                 for a in range(3):
                     for b in range(3):

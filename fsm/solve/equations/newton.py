@@ -175,28 +175,40 @@ def tangent_prediction(
     return predicted(RestModel(_CALLS, _AtRest(system, solver or LinearSolver())), before, t, q)
 
 
-def negative_pivots(
-    system: System, t: float, q: np.ndarray, solver: LinearSolver | None = None, sticking: float | None = None
-) -> int:
+def negative_pivots(system: System, t: float, q: np.ndarray, solver: LinearSolver | None = None) -> int:
     """Number of negative pivots of the tangent stiffness at rest; 0 where stable.
 
     Sylvester's law of inertia counts them for the symmetric part, by a factorisation without row exchanges between blocks.
     Friction bristles make the stiffness unsymmetric. If the symmetric part then has negative pivots, the negative real
     pivots of the stiffness itself count (see `fsm.solve.equations.equilibrium_step`). With a given `solver` the pattern is
     not analysed again; the factorisation of the solver is overwritten.
-
-    With `sticking` (s), the stiffness includes the damping of regularised friction over this time. The result is then the
-    number of modes that grow by the factor e in less than this time although contacts stick.
     """
-    solver = solver or LinearSolver()
-    if system.nu == 0:
-        return 0
+    return 0 if system.nu == 0 else _negative(_stiffness_at_rest(system, t, q), solver or LinearSolver())
+
+
+def negative_pivots_sticking(
+    system: System, t: float, q: np.ndarray, solver: LinearSolver, sticking: float
+) -> tuple[int, bool]:
+    """`negative_pivots`, and whether contacts that stick for the time `sticking` (s) prevent that modes grow.
+
+    The second result is true if no mode grows by the factor e in less than this time with the damping of regularised
+    friction.
+    """
+    stiffness = _stiffness_at_rest(system, t, q)
+    found = _negative(stiffness, solver)
+    damping = system.sticking_damping(t, q) if found else None
+    if damping is None:
+        return found, False
+    return found, not _negative(stiffness.with_data(stiffness.data + damping.data / sticking), solver)
+
+
+def _stiffness_at_rest(system: System, t: float, q: np.ndarray) -> BlockMatrix:
     with at_rest(system):
-        stiffness = system.linearise(t, q, None).stiffness
-    if sticking is not None:
-        damping = system.sticking_damping(t, q)
-        if damping is not None:
-            stiffness = stiffness.with_data(stiffness.data + damping.data / sticking)
+        return system.linearise(t, q, None).stiffness
+
+
+def _negative(stiffness: BlockMatrix, solver: LinearSolver) -> int:
+    """See `negative_pivots`."""
     matrix = stiffness.symmetric()
     try:
         solver.factorise(matrix)

@@ -10,7 +10,7 @@ import numpy as np
 
 from fsm.errors import NotConverged
 from fsm.solve.equations.equilibrium_step import Ending, Equilibrium, EquilibriumStep
-from fsm.solve.equations.newton import negative_pivots, tangent_prediction
+from fsm.solve.equations.newton import negative_pivots_sticking, tangent_prediction
 from fsm.solve.interface.records import Observation, PreviousState
 from fsm.solve.interface.system import System
 from fsm.solve.stepping import path_state as stepping
@@ -164,11 +164,11 @@ class SystemPath:
         Coulomb friction would hold contacts that stick. Regularised friction lets them creep, which is slow on the path.
         """
         system, solver = self.system, self.newton.solver
-        self.pivots = negative_pivots(system, t, q, solver) if system.rate_dependent else None
-        if not self.pivots:
+        if not system.rate_dependent:
+            self.pivots = None
             return stepping.ACCEPTED
-        held = system.sticking_damping(t, q) is not None
-        if held and not negative_pivots(system, t, q, solver, SHORT * self._first_step):
+        self.pivots, held = negative_pivots_sticking(system, t, q, solver, SHORT * self._first_step)
+        if not self.pivots or held:
             return stepping.ACCEPTED
         return stepping.UNSTABLE if self.rests(t, q) else stepping.SLOWED
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from fsm.solve.interface.records import DriveState, Observation, PreviousState, as_rows, mapped, row_of
 from fsm.solve.interface.system import System
-from fsm.solve.outcome.energy_balance import EnergyBalance, load_work, mean_dissipation
+from fsm.solve.outcome.energy_balance import EnergyBalance, load_work
 from fsm.solve.outcome.restart_points import State, observation_from, observation_state
 from fsm.solve.outcome.run_io import (
     AcceptedStep,
@@ -21,9 +21,28 @@ from fsm.solve.outcome.run_io import (
     Statistics,
     inertia_counts,
 )
-from fsm.solve.stepping.march import DISSIPATED, ERROR, LOST, WORK
+from fsm.solve.stepping.march import (
+    ALLOWED,
+    BALANCE,
+    DISSIPATED,
+    DRIVEN,
+    ERROR,
+    LOSSES,
+    LOST,
+    POWER,
+    ROUND_OFF,
+    SHORTEST,
+    START,
+    TURNOVER,
+    WORK,
+)
+from fsm.solve.stepping.model import CREASES as OF_CREASES
+from fsm.solve.stepping.model import DRIVES as OF_DRIVES
+from fsm.solve.stepping.model import PANELS as OF_PANELS
+from fsm.solve.stepping.model import TIME as OF_TIME
 from fsm.solve.stepping.path import is_off
 from fsm.solve.stepping.path_state import AT, CREASES, DRIVES, MOVING_ON, PAIR_FORCE, PANELS, REACTION, Path
+from fsm.solve.time.array_steps import StepMethod
 
 
 class StepEnergy(NamedTuple):
@@ -163,25 +182,50 @@ class PathRecorder:
         """See `fsm.solve.stepping.path.is_off`."""
         return is_off(self.energy_balance.numbers(), self.largest_reaction, self._extent, bound)
 
-    def step_energy_in_motion(self, t: float, q: np.ndarray, observed: Observation) -> StepEnergy:
-        """Work and dissipated energy of a step of a time integrator."""
-        step = t - self.time
-        dissipated, of_pairs = mean_dissipation(self.system, (self.time, self.q), (t, q), len(observed.pairs.force))
-        work = 0.5 * step * (self.last.energy.input_power + observed.energy.input_power)
-        return StepEnergy(work, step * dissipated, step * of_pairs)
+    def march(self, solver: StepMethod, until: float, most: int, allowed: float) -> tuple[np.ndarray, StepEnergy]:
+        """Take at most `most` steps of a time integrator in a kernel; returns records of all steps, and their energies.
+
+        The steps end early when their energy balance residual exceeds `allowed` times the reference energy.
+        """
+        drives, balance = len(self.last.drive.travel), np.zeros(BALANCE)
+        solver.recorded = OF_DRIVES + 2 * drives + len(self.last.pairs.force)
+        balance[START], balance[POWER] = self.last.energy.stored_except_driven, self.last.energy.input_power
+        balance[TURNOVER], balance[ROUND_OFF] = self.energy_balance.turnover, self.energy_balance.round_off_floor
+        balance[SHORTEST], balance[ALLOWED], balance[LOSSES] = np.inf, allowed, 1.0
+        records = solver.march(balance, until, most, every=True)
+        work = balance[WORK] - balance[DRIVEN]
+        return records, StepEnergy(float(work), float(balance[DISSIPATED]), solver.pair_energy)
 
     def loss(self, observed: Observation, step_energy: StepEnergy) -> float:
-        """Energy balance residual of a step of a time integrator, over the reference energy."""
+        """Energy balance residual of steps of a time integrator, over the reference energy."""
         work, dissipated, _ = step_energy
         off = abs(observed.energy.stored_except_driven - self.last.energy.stored_except_driven + dissipated - work)
         return off / self.energy_balance.turnover if self.energy_balance.turnover > 0.0 else 0.0
 
     def dynamic(
-        self, t: float, q: np.ndarray, u: np.ndarray, observed: Observation, step_energy: StepEnergy, near_equilibrium: bool
-    ) -> None:
-        """Record a step of a time integrator; `near_equilibrium`: it ends near a stable equilibrium."""
-        self.energy_balance.add(*step_energy)
+        self, t: float, q: np.ndarray, u: np.ndarray, observed: Observation, step_energy: StepEnergy, near_equilibrium: bool,
+        records: np.ndarray, near_all_along: bool,
+    ) -> None:  # fmt: skip
+        """Record steps of a time integrator.
+
+        `near_equilibrium`: they end near a stable equilibrium. `records` are those of the steps before the last one, and
+        `near_all_along` whether these steps were near stable equilibria too.
+        """
         moving = not near_equilibrium or inertia_counts(self.system, t, q, u, observed)
+        points, pairs, passed = self.statistics.points, len(observed.pairs.force), []
+        forces = OF_DRIVES + len(observed.drive.travel)
+        of_pairs = 2 * forces - OF_DRIVES
+        for record in records.copy():
+            drive = DriveState(record[OF_DRIVES:forces], record[forces:of_pairs])
+            path = CurvePoint.path_after(points, moving or not near_all_along)
+            contacts, state = record[of_pairs : of_pairs + pairs], record[of_pairs + pairs :]
+            time, panels, creases = record[[OF_TIME, OF_PANELS, OF_CREASES]].tolist()
+            points.append(CurvePoint(drive, contacts, time, path, panels, creases))
+            passed.append((time, state[: len(q)]))
+        if self.request.each_step:
+            self._passed = tuple(passed)
+        self.statistics.steps += len(records)
+        self.energy_balance.add(*step_energy)
         self._take(t, q, u, observed, observed.energy.stored_except_driven, moving)
         self.finish_step()
 

@@ -17,6 +17,8 @@ from fsm.solve.interface.system import System
 from fsm.solve.outcome.status import Outcome, StepFailed
 from fsm.solve.settings import PathSettings
 from fsm.solve.statics.path_recorder import PathRecorder
+from fsm.solve.stepping.generalized_alpha import STEP_SIZE
+from fsm.solve.stepping.model import KINETIC
 from fsm.solve.stepping.path import EXACT
 from fsm.solve.time.artificial_damping import DampedSystem
 from fsm.solve.time.generalized_alpha import GeneralizedAlpha
@@ -26,11 +28,13 @@ _CALM = 1e-4
 _AS_THE_PATH = 4.0
 """Largest ratio of the kinetic energy of a motion along stable equilibria to the kinetic energy of the equilibrium path
 (twice the speed)."""
-_LOOKS = 8
-"""Steps between two checks of the path."""
+_LOOKS, _FEW = 8, 2
+"""Steps between two checks of the path, and steps of one kernel where the motion may end; the energy balance is checked at
+their end."""
 _RHO_INF = 0.6
 _LOST = 2e-3
-"""Energy error of one step, relative to the reference energy, above which the step is repeated with a shorter size."""
+"""Energy error of one step, or of the steps of one kernel, relative to the reference energy, above which they are repeated:
+several steps one by one, and one step with a shorter size."""
 _IN_MOTION = 10.0
 """Tolerance of the motion relative to the tolerance of the path."""
 _SHORTER, _LONGER = 0.25, 1.5
@@ -97,52 +101,63 @@ def move_until_rest(
     until, rtol = settings.end_time, _IN_MOTION * settings.rtol
     began, earliest = recorder.time, recorder.time + rest.wait
     damped: DampedSystem | None = None
+    equations = LinearSolver()
     if begins:
         u = _relaxed(system, recorder.time, recorder.q, u, settings.first_step)
         u = _allowed(system, recorder, u)
     solver = GeneralizedAlpha(system, recorder.time, recorder.q, u, rtol, rho_inf=_RHO_INF)
-    largest, iterations, tries, steps = 0.0, 0, 0, 0
+    largest, iterations, tries, steps, unseen, near = 0.0, 0, 0, 0, 0, False
+    alone = math.inf if math.isfinite(settings.force_limit) else 0.0  # number of steps that are taken one by one
     while recorder.time < until:
         if recorder.statistics.steps >= settings.max_steps:
             raise StepFailed(Outcome.TOO_MANY_STEPS_IN_SNAP, recorder.time, system.worst_body(u))
-        if steps == _RINGING:
+        if damped is None and steps >= _RINGING:
             damped = DampedSystem(system, began)
             iterations += solver.iterations
             system = cast(System, damped)
             solver = GeneralizedAlpha(
                 system, recorder.time, recorder.q, recorder.u, rtol, rho_inf=_RHO_INF, max_step=solver.max_step
             )
-        before, memory = (solver.t, solver.q, solver.u), system.memory()
-        solver.step(recorder.next_save(until))
+        before, state, memory = (solver.t, solver.q, solver.u), solver.state(), system.memory()
+        soon = recorder.time + _LOOKS * solver.motion.sizes[STEP_SIZE] > earliest
+        most = 1 if alone else min(_FEW if soon else _LOOKS, settings.max_steps - recorder.statistics.steps)
+        records, step_energy = recorder.march(solver, recorder.next_save(until), most, _LOST)
         observed = system.observe(solver.t, solver.q, solver.u)
-        step_energy = recorder.step_energy_in_motion(solver.t, solver.q, observed)
         if damped is not None:
             damping_loss = damped.damping_loss(before[:2], (solver.t, solver.q))
             step_energy = step_energy._replace(dissipated=step_energy.dissipated + damping_loss)
         shorter = _SHORTER if recorder.loss(observed, step_energy) > _LOST else 1.0
+        if shorter < 1.0 and len(records) > 1:
+            alone = len(records)
+            system.restore(memory)
+            solver.back_to(*before, state)
+            continue
         shorter = min(shorter, _until_limit(settings.force_ratio(recorder.last.drive), settings.force_ratio(observed.drive)))
         if shorter < 1.0 and tries < _TRIES:
             tries, iterations = tries + 1, iterations + solver.iterations
             system.restore(memory)
             shorter *= solver.t - before[0]
             solver = GeneralizedAlpha(system, *before, rtol, rho_inf=_RHO_INF, max_step=shorter)
+            alone = max(alone, _LOOKS)
             continue
-        tries, steps = 0, steps + 1
-        solver.max_step *= _LONGER
+        tries, steps, alone = 0, steps + len(records), max(alone - len(records), 0)
+        solver.max_step *= _LONGER ** len(records)
         kinetic = observed.energy.kinetic
         quiet = rest.part * max(rest.scale, recorder.energy_balance.turnover)
         # a buckling column stays nearly straight for some time above its critical load, and hardly moves
-        near = kinetic < quiet and (kinetic < rest.slow or steps % _LOOKS == 0)
-        rests = near and _on_path(system, solver.t, solver.q, kinetic, rest.slow)
-        recorder.dynamic(solver.t, solver.q, solver.u, observed, step_energy, rests)
-        largest = max(largest, kinetic)
+        unseen += len(records)
+        looks = kinetic < quiet and (kinetic < rest.slow or unseen >= _LOOKS)
+        unseen = 0 if looks else unseen
+        rested, near = near, looks and _on_path(system, equations, solver.t, solver.q, kinetic, rest.slow)
+        recorder.dynamic(solver.t, solver.q, solver.u, observed, step_energy, near, records[:-1], rested and near)
+        largest = max(largest, float(records[:, KINETIC].max()))
         if recorder.time >= settings.judged_from and recorder.is_off(worst):
             break
         if settings.force_ratio(observed.drive) >= 1.0 - EXACT:
             break
         if kinetic < quiet and kinetic < _CALM * largest:
             break
-        if rests and recorder.time >= earliest:
+        if near and recorder.time >= earliest:
             break
     return iterations + solver.iterations
 
@@ -154,9 +169,8 @@ def _until_limit(before: float, after: float) -> float:
     return (1.0 - before) / (after - before) if after > 1.0 + EXACT and before < 1.0 - EXACT else 1.0
 
 
-def _on_path(system: System, t: float, q: np.ndarray, kinetic: float, slow: float) -> bool:
+def _on_path(system: System, solver: LinearSolver, t: float, q: np.ndarray, kinetic: float, slow: float) -> bool:
     """Whether a state is near stable equilibria and not faster than the equilibrium path with the velocity K^-1 dh/dt."""
-    solver = LinearSolver()
     with at_rest(system):
         if negative_pivots(system, t, q, solver):
             return False

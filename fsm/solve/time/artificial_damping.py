@@ -8,7 +8,7 @@ import numpy as np
 
 from fsm.errors import NotConverged
 from fsm.kernels.blocks import BlockMatrix, BlockPattern
-from fsm.solve.interface.records import Linearised, PreviousState, StepRejection
+from fsm.solve.interface.records import Linearised, PreviousState, Ready, StepRejection
 from fsm.solve.interface.system import System
 from fsm.solve.outcome.status import StepFailed
 from fsm.solve.time.generalized_alpha import GeneralizedAlpha
@@ -43,6 +43,9 @@ class DampedSystem:
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.system, name)
+
+    def arrays(self, ready: Ready) -> None:
+        """See `System`; steps are taken in Python."""
 
     def _at(self, t: float) -> float:
         return t if self.stopped is None else self.stopped

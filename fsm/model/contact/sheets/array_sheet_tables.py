@@ -21,10 +21,11 @@ class SheetArrays(NamedTuple):
     counts : int array
         POINTS, SLOTS: numbers of nodes with facets, and of all slots; LISTED: triangles of the slots; KEPT, SIDES: rows of
         the memory; SELECTED: 1 if the triangles of the slots are selected; RENEWALS of the broad phase; WANTED,
-        WANTED_LISTED: rows that the last renewal needed; FACETS: number of facets; NUMBER of the scene's contact pair.
+        WANTED_LISTED: rows that the last renewal needed; FACETS: number of facets; NEAR: number of slots of edges near each
+        other, -1 if they are not known; NUMBER of the scene's contact pair.
     sizes : array
         FACE: area with the whole contact stiffness, m^2; CLEARANCE of the middle surfaces, m; OWN_DISTANCE: distance along a
-        facet beyond which it may touch itself, m; LONGEST edge, m.
+        facet beyond which it may touch itself, m; LONGEST edge, m; WITHIN: bound of the gaps of edges near each other, m.
     body, node_area, owner : (n,) arrays
         Body and area of each node, and the triangle to which the node belongs.
     triangles, beyond, edges : see `fsm.interactions.triangles.closest_features.Faces`
@@ -39,10 +40,14 @@ class SheetArrays(NamedTuple):
     closed : (c,) int array
         Keys, ascending, of slots without contact.
     taper_key, taper : see `fsm.model.contact.crease_clearance.Tapers`
+    near_at : (n, 3) array, m
+        Places of the nodes for which `near` was found.
     key, first_of, second_of : (s,) int arrays
         Key of each slot; its node and facet, or its two edges.
     start, listed : int arrays, see `fsm.interactions.triangles.closest_features.select_faces`
     clearance : (s,) array, m
+    near : (s,) int array
+        Slots of edges near each other, ascending.
     triangle, part, side : (s,) arrays
         Selection for the next step, as `select_faces`; sides of nodes that had a side before keep it.
     kept_key, kept : (s,) and (s, 3 + slips) arrays
@@ -72,12 +77,14 @@ class SheetArrays(NamedTuple):
     closed: Integers1
     taper_key: Integers1
     taper: Floats1
+    near_at: Floats2
     key: Integers1
     first_of: Integers1
     second_of: Integers1
     start: Integers1
     listed: Integers1
     clearance: Floats1
+    near: Integers1
     triangle: Integers1
     part: Integers1
     side: Floats1
@@ -96,10 +103,10 @@ class SheetArrays(NamedTuple):
 sheets_of = follows(SheetArrays, ContactArrays)
 """Arrays of the flexible facets of a table, in kernels."""
 (
-    POINTS, SLOTS, LISTED, KEPT, SIDES, SELECTED, RENEWALS, WANTED, WANTED_LISTED, FACETS, NUMBER,
-) = range(11)  # fmt: skip
+    POINTS, SLOTS, LISTED, KEPT, SIDES, SELECTED, RENEWALS, WANTED, WANTED_LISTED, FACETS, NEAR, NUMBER,
+) = range(12)  # fmt: skip
 """Indices of `SheetArrays.counts`."""
-FACE, CLEARANCE, OWN_DISTANCE, LONGEST = range(4)
+FACE, CLEARANCE, OWN_DISTANCE, LONGEST, WITHIN = range(5)
 """Indices of `SheetArrays.sizes`."""
 _FIRST = SheetArrays._fields.index("key")
 BY_SLOT = tuple(name for name in SheetArrays._fields[_FIRST:] if name != "listed")

@@ -6,7 +6,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.interactions.triangles.closest_features import Faces, Found, find_edge_edges, find_point_faces, height, select_faces
+from fsm.interactions.triangles.closest_features import (
+    Faces,
+    Found,
+    find_edge_edges,
+    find_point_faces,
+    height,
+    list_near_edges,
+    select_faces,
+)
 from fsm.interactions.triangles.feature_contact import parallel_weights, tangent_features, write_features
 from fsm.interactions.triangles.triangles_pass import (
     edge_passes_edge,
@@ -26,6 +34,9 @@ from fsm.solve.stepping.vectors import copy_into
 
 RESTORED = 2
 """Value of the state REFERRED: the slots are those of the last renewal, but do not have the restored memory yet."""
+_STAY, _APPROACH = 0.03, 2.0 * np.sqrt(3.0) * (1.0 + 1e-9)
+"""Motion of nodes along an axis, over the margin, at which near edges are listed again, and the largest approach of two
+edges over this motion."""
 _PARALLEL = 0.01
 """Squared sine of the angle between two edges below which they count as nearly parallel."""
 
@@ -93,7 +104,7 @@ def _write_slots(g: ContactArrays, near: Near) -> None:
     counts, clearance, nodes = own.counts, own.sizes[index.CLEARANCE], own.body.shape[0]
     share, area, pair, points, tapers = g.share, g.area, g.pair, near.node.shape[0], _tapers_of_nodes(own)
     counts[index.POINTS], counts[index.SLOTS] = points, points + near.one.shape[0]
-    counts[index.LISTED] = near.listed.shape[0]
+    counts[index.LISTED], counts[index.NEAR] = near.listed.shape[0], -1
     for s in range(points):
         node, facet = near.node[s], near.facet[s]
         own.key[s] = node * counts[index.FACETS] + facet
@@ -298,13 +309,33 @@ def _find_points(g: ContactArrays, places: np.ndarray, below: float) -> int:
 @kernel
 def _find(g: ContactArrays, poses: np.ndarray, below: float) -> int:
     own = index.sheets_of(g)
-    places, slots = _places(own, poses), own.counts[index.SLOTS]
+    places = _places(own, poses)
     count = _find_points(g, places, below)
+    _renew_near_edges(own, places, below, _STAY * g.numbers[kept.MARGIN])
     return int(find_edge_edges(
-        places, own.first_of[:slots], own.second_of[:slots], own.counts[index.POINTS], own.edges, own.clearance, below,
-        g.slot,
+        places, own.first_of, own.second_of, own.near[: own.counts[index.NEAR]], own.edges, own.clearance, below, g.slot,
         g.gap, _found(own), count,
     ))  # fmt: skip
+
+
+@kernel
+def _renew_near_edges(own: SheetArrays, places: np.ndarray, below: float, move: float) -> None:
+    """List the slots of edges whose gap may be below a bound (m) until a node has moved by `move` (m) along an axis, unless
+    the present list contains them.
+    """
+    counts, sizes, since = own.counts, own.sizes, own.near_at
+    known = counts[index.NEAR] >= 0 and below <= sizes[index.WITHIN]
+    for i in range(places.shape[0]):
+        for e in range(3):
+            known = known and abs(places[i, e] - since[i, e]) <= move
+    if known:
+        return
+    copy_into(places, since)
+    slots, sizes[index.WITHIN] = counts[index.SLOTS], below
+    reach = below + _APPROACH * move
+    counts[index.NEAR] = list_near_edges(
+        places, own.first_of[:slots], own.second_of[:slots], counts[index.POINTS], own.edges, own.clearance, reach, own.near
+    )
 
 
 @kernel

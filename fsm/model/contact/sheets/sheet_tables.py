@@ -82,16 +82,16 @@ def arrays_of_mesh(surface: SheetSurface, slips: int) -> SheetArrays:
     on_plane, longest = plane.reshape(-1, 2)[first], float(lengths.max())
     tapers = _tapers_at_creases(on, on_plane, edges, edge_facets, facets)
     counts = np.zeros(index.NUMBER + 1, dtype=np.int64)
-    counts[index.FACETS], counts[index.NUMBER] = facets, surface.number
+    counts[index.FACETS], counts[index.NEAR], counts[index.NUMBER] = facets, -1, surface.number
     own_distance = max(4.0 * surface.clearance, (_APART + 1.0) * longest)
     middle = plane.mean(axis=1)
     order = np.lexsort((curve_positions(middle, middle), facet))
     arrays = empty_arrays(SheetArrays)._replace(
-        counts=counts, sizes=np.array([surface.face, surface.clearance, own_distance, longest]), body=surface.body,
+        counts=counts, sizes=np.array([surface.face, surface.clearance, own_distance, longest, 0.0]), body=surface.body,
         node_area=surface.area, owner=owner, triangles=triangles, beyond=beyond, edges=edges, facet=facet,
         middle=middle, edge_of=of_side.reshape(-1, 3), order=order, edge_facets=edge_facets, edge_owner=edge_owner,
         edge_area=np.bincount(of_side, weights=np.repeat(areas / 3.0, 3)), on=on, on_plane=on_plane,
-        taper_key=tapers.key, taper=tapers.factor, kept=np.zeros((0, 3 + slips)),
+        taper_key=tapers.key, taper=tapers.factor, near_at=np.zeros((len(surface.body), 3)), kept=np.zeros((0, 3 + slips)),
         found_nodes=np.zeros((0, 4), dtype=np.int64), found_coefficients=np.zeros((0, 4)),
         found_directions=np.zeros((0, 2, 4)), found_normal=np.zeros((0, 3)),
     )  # fmt: skip
