@@ -34,7 +34,7 @@ def address_table(arrays: Sequence[np.ndarray]) -> np.ndarray:
         An array has another type or order.
     """
     rows = np.zeros((len(arrays), ROW), dtype=np.int64)
-    numbers = []
+    numbers: list[int] = []
     for array in arrays:
         if not array.flags.c_contiguous or array.dtype not in _TYPES:
             raise ValueError(f"array of type {array.dtype} is not contiguous, or neither float64 nor int64")
@@ -43,7 +43,7 @@ def address_table(arrays: Sequence[np.ndarray]) -> np.ndarray:
     return rows
 
 
-def _address(array: np.ndarray) -> int:
+def _address(array: Any) -> int:
     """Address of an array, 0 without elements. The interface of NumPy takes four times as long as a buffer."""
     if not array.size:
         return 0
