@@ -75,8 +75,15 @@ class SegmentError:
         for body, plate, panel in system.bodies.plates:
             if panel and body in self.rows:
                 panels.setdefault(panel, []).append((self.rows[body], plate.length))
-        whole = [segments for segments in panels.values() if len(segments) > _FEWEST]
-        self.panels = [(np.array([r for r, _ in s]), np.array([length for _, length in s])) for s in whole]
+        alike: dict[int, list[list[tuple[int, float]]]] = {}
+        for segments in panels.values():
+            if len(segments) > _FEWEST:
+                alike.setdefault(len(segments), []).append(segments)
+        # rows and lengths (p, n) of all panels with equally many segments
+        self.panels = [
+            (np.array([[r for r, _ in s] for s in one]), np.array([[length for _, length in s] for s in one]))
+            for one in alike.values()
+        ]
 
     def at(self, solution: Solution, travel: float, force: float, events: Sequence[Event] = ()) -> float | None:
         """Error of the force at a travel of the first drive, N; None without bending panels.
@@ -115,16 +122,18 @@ class SegmentError:
         left_out = whole = 0.0
         for rows, lengths in self.panels:
             turns, opening = _turns(poses[rows]), _openings(poses[rows], lengths)
-            cells = 0.5 * (lengths[1:] + lengths[:-1])
+            cells = 0.5 * (lengths[:, 1:] + lengths[:, :-1])
             curvature, normal = turns / cells, self.stretching * opening / cells
-            between = 0.5 * (cells[1:] + cells[:-1])
+            between = 0.5 * (cells[:, 1:] + cells[:, :-1])
             left_out += self.bending * float(np.sum(np.diff(curvature) ** 2 * between)) / 12.0
             left_out += float(np.sum(normal * curvature**2 * cells**3)) / 24.0
             whole += 0.5 * self.bending * float(np.sum(curvature**2 * cells))
-            for k, tension, cell in ((curvature, normal[0], cells[0]), (curvature[::-1], normal[-1], cells[-1])):
+            ends = (curvature, normal[:, 0], cells[:, 0]), (curvature[:, ::-1], normal[:, -1], cells[:, -1])
+            for k, tension, cell in ends:
                 change = _continued(k)
-                left_out += self.bending * change**2 * cell / 12.0 + tension * (k[0] + change) ** 2 * cell**3 / 48.0
-                whole += 0.25 * self.bending * (k[0] + change) ** 2 * cell
+                square = (k[:, 0] + change) ** 2
+                left_out += float(np.sum(self.bending * change**2 * cell / 12.0 + tension * square * cell**3 / 48.0))
+                whole += 0.25 * self.bending * float(np.sum(square * cell))
         return Unresolved(left_out, whole)
 
     def _change(self, time: float, q: np.ndarray) -> float | None:
@@ -147,33 +156,33 @@ class SegmentError:
         return (after.left_out - before.left_out) / (2.0 * step * speed)
 
 
-def _continued(curvature: np.ndarray) -> float:
-    """Change of curvature from the first joint of a panel to its crease, 1/m."""
-    first, second = curvature[0] - curvature[1], curvature[1] - curvature[2]
-    if first * second > 0.0 and first * curvature[0] > 0.0:
-        return float(first * np.clip(first / second, 1.0, _STEEPEST))
-    return float(first)
+def _continued(curvature: np.ndarray) -> np.ndarray:
+    """Changes of curvature from the first joint of each panel to its crease, (p,), 1/m, from curvatures (p, n)."""
+    first, second = curvature[:, 0] - curvature[:, 1], curvature[:, 1] - curvature[:, 2]
+    decays = (first * second > 0.0) & (first * curvature[:, 0] > 0.0)
+    ratio = np.divide(first, second, out=np.ones_like(first), where=decays)
+    return np.asarray(first * np.clip(ratio, 1.0, _STEEPEST))
 
 
 def _turns(poses: np.ndarray) -> np.ndarray:
-    """Rotations about the crease direction from each segment to the next, (n - 1,), rad; the rotations must be
-    small.
+    """Rotations about the crease direction from each segment of panels (p, n) to the next, (p, n - 1), rad; the rotations
+    must be small.
     """
-    if poses.shape[1] == 3:
-        return np.diff(poses[:, 2])
-    inverse = poses[:-1, 3:] * np.array([1.0, -1.0, -1.0, -1.0])
-    relative = multiply(inverse, poses[1:, 3:])
-    return np.asarray(2.0 * np.where(relative[:, 0] < 0.0, -1.0, 1.0) * relative[:, 2])
+    if poses.shape[2] == 3:
+        return np.diff(poses[:, :, 2])
+    inverse = poses[:, :-1, 3:] * np.array([1.0, -1.0, -1.0, -1.0])
+    relative = multiply(inverse, poses[:, 1:, 3:])
+    return np.asarray(2.0 * np.where(relative[:, :, 0] < 0.0, -1.0, 1.0) * relative[:, :, 2])
 
 
 def _openings(poses: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-    """Separations of neighbouring segments at their joints along the panel, (n - 1,), m."""
-    if poses.shape[1] == 3:
-        place = poses[:, :2]
-        along = np.column_stack([np.cos(poses[:, 2]), -np.sin(poses[:, 2])])
+    """Separations of neighbouring segments of panels (p, n) at their joints along the panel, (p, n - 1), m."""
+    if poses.shape[2] == 3:
+        place, angle = poses[:, :, :2], poses[:, :, 2]
+        along = np.stack([np.cos(angle), -np.sin(angle)], axis=2)
     else:
-        place, (w, x, y, z) = poses[:, :3], poses[:, 3:].T
-        along = np.column_stack([1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)])
-    half = 0.5 * lengths[:, None] * along
-    apart = (place[1:] - half[1:]) - (place[:-1] + half[:-1])
-    return np.asarray(np.sum(apart * 0.5 * (along[1:] + along[:-1]), axis=1))
+        place, (w, x, y, z) = poses[:, :, :3], np.moveaxis(poses[:, :, 3:], 2, 0)
+        along = np.stack([1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)], axis=2)
+    half = 0.5 * lengths[:, :, None] * along
+    apart = (place[:, 1:] - half[:, 1:]) - (place[:, :-1] + half[:, :-1])
+    return np.asarray(np.sum(apart * 0.5 * (along[:, 1:] + along[:, :-1]), axis=2))

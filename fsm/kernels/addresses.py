@@ -22,6 +22,7 @@ from fsm.kernels.jit import kernel
 ROW = 4
 """Numbers of an array in a table: address and up to three sizes."""
 _TYPES = frozenset({np.dtype(np.float64), np.dtype(np.int64)})
+_NO_SIZES = tuple((0,) * (ROW - 1 - dimensions) for dimensions in range(ROW))
 
 
 def address_table(arrays: Sequence[np.ndarray]) -> np.ndarray:
@@ -32,12 +33,23 @@ def address_table(arrays: Sequence[np.ndarray]) -> np.ndarray:
     ValueError
         An array has another type or order.
     """
-    rows = []
+    rows = np.zeros((len(arrays), ROW), dtype=np.int64)
+    numbers: list[int] = []
     for array in arrays:
         if not array.flags.c_contiguous or array.dtype not in _TYPES:
             raise ValueError(f"array of type {array.dtype} is not contiguous, or neither float64 nor int64")
-        rows.append((array.__array_interface__["data"][0], *array.shape, *(0,) * (ROW - 1 - array.ndim)))
-    return np.array(rows, dtype=np.int64).reshape(-1, ROW)
+        numbers += (_address(array), *array.shape, *_NO_SIZES[array.ndim])
+    rows.reshape(-1)[:] = numbers
+    return rows
+
+
+def _address(array: Any) -> int:
+    """Address of an array, 0 without elements. The interface of NumPy takes four times as long as a buffer."""
+    if not array.size:
+        return 0
+    if array.flags.writeable:
+        return ctypes.addressof(ctypes.c_char.from_buffer(array))
+    return int(array.__array_interface__["data"][0])
 
 
 def tables_of(tables: Sequence[np.ndarray]) -> np.ndarray:

@@ -12,7 +12,6 @@ from typing import Any, ClassVar, TypeVar
 
 import numba
 import numba.extending
-import numpy as np
 from llvmlite import ir
 from numba.core import cgutils
 from numba.core.imputils import lower_builtin
@@ -21,7 +20,7 @@ from numba.core.typing.templates import make_concrete_template
 from numba.core.typing.typeof import typeof_impl
 from numba.np.arrayobj import make_array
 
-from fsm.kernels.records import record_type
+from fsm.kernels.records import kinds_of, record_type
 
 T = TypeVar("T")
 _backwards = False
@@ -95,7 +94,7 @@ class Pointer:
 
     def __new__(cls, function: Any, *arguments: Any) -> Pointer:
         """Find or compile the kernel."""
-        return cls.for_kinds(function, _kinds(arguments))
+        return cls.for_kinds(function, kinds_of(arguments))
 
     @classmethod
     def for_kinds(cls, function: Any, kinds: tuple[Any, ...]) -> Pointer:
@@ -141,7 +140,7 @@ class Pointer:
         """
         found = self._entries.get(function)
         if found is None:
-            kinds = _kinds(arguments)
+            kinds = kinds_of(arguments)
             function.compile(kinds)
             found = self._entries[function] = function.overloads[kinds].entry_point
         return found
@@ -156,7 +155,7 @@ class Example:
     """
 
     def __init__(self, value: Any) -> None:
-        self._numba_type_ = numba.typeof(value)
+        (self._numba_type_,) = kinds_of((value,))
 
 
 class AbsentPointer:
@@ -173,32 +172,11 @@ class AbsentPointer:
     _made: ClassVar[dict[tuple[int, ...], Any]] = {}
 
     def __init__(self, result: Any, *arguments: Any) -> None:
-        kinds = _kinds((result, *arguments))
+        kinds = kinds_of((result, *arguments))
         key = (*map(id, kinds),)
         if key not in self._made:
             self._made[key] = kinds, _Address(kinds[0](*kinds[1:]))
         self._numba_type_ = self._made[key][1]
-
-
-_known_kinds: dict[Any, Any] = {}
-
-
-def _kinds(arguments: Sequence[Any]) -> tuple[Any, ...]:
-    """Types of arguments, for numba, which takes 20 us to find that of an array."""
-    found = []
-    for argument in arguments:
-        kind = argument.__class__
-        if kind is np.ndarray:
-            key: Any = (argument.dtype, argument.ndim, argument.flags.num)
-        elif kind is float or kind is bool:
-            key = kind
-        else:
-            found.append(numba.typeof(argument))
-            continue
-        if key not in _known_kinds:
-            _known_kinds[key] = numba.typeof(argument)
-        found.append(_known_kinds[key])
-    return tuple(found)
 
 
 def pointers(kernels: T, arguments: T) -> T:
@@ -215,7 +193,7 @@ def pointers_to(wanted: Sequence[tuple[Any, ...]]) -> list[Any]:
 
     Kernels that another process compiles now come last, so that two processes seldom wait for each other.
     """
-    typed = [(function, _kinds(arguments)) for function, *arguments in wanted]
+    typed = [(function, kinds_of(arguments)) for function, *arguments in wanted]
     found: list[Any] = [None] * len(typed)
     left = [*range(len(typed))][:: -1 if _backwards else 1]
     for waits in (False, True):

@@ -10,10 +10,12 @@ keeps them alive.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterable, Sequence
 from typing import Any, TypeVar
 
 import numba
 import numba.extending
+import numpy as np
 from llvmlite import ir
 from numba.core import cgutils
 from numba.core.imputils import lower_getattr_generic
@@ -58,16 +60,39 @@ def record(kind: K) -> K:
     """Make a NamedTuple class a record (decorator)."""
 
     def find(value: Any, context: Any) -> Any:
-        return record_type(kind, [numba.typeof(part) for part in value])
+        return record_type(kind, kinds_of(value))
 
     typeof_impl.register(kind)(find)
     return kind
 
 
 _made: dict[tuple[Any, ...], Record] = {}
+_known: dict[Any, Any] = {}
 
 
-def record_type(kind: type, fields: list[Any]) -> Record:
+def kinds_of(values: Iterable[Any]) -> tuple[Any, ...]:
+    """Types of values, for numba, which takes 20 us to find that of an array, and 1 ms for a NamedTuple of pointers."""
+    return tuple(map(_kind_of, values))
+
+
+def _kind_of(value: Any) -> Any:
+    kind: Any = value.__class__
+    parts: tuple[Any, ...] = ()
+    if kind is np.ndarray:
+        key: Any = (value.dtype, value.ndim, value.flags.num)
+    elif kind is float or kind is bool:
+        key = kind
+    elif hasattr(kind, "_fields") and typeof_impl.dispatch(kind) is typeof_impl.dispatch(tuple):
+        parts = kinds_of(value)
+        key = (kind, *map(id, parts))  # equal types are one object, and their hashes take long
+    else:
+        return numba.typeof(value)
+    if key not in _known:
+        _known[key] = types.NamedTuple(parts, kind) if parts else numba.typeof(value)
+    return _known[key]
+
+
+def record_type(kind: type, fields: Sequence[Any]) -> Record:
     """Type of a record with fields of these types."""
     key = (kind, *map(id, fields))  # equal types are one object, and their hashes take long
     if key not in _made:

@@ -172,11 +172,11 @@ def _overlaps(scene: Scene, system: SegmentSystem, case: Case) -> list[Fault]:
             text = f"{first} and {second} pass through each other at the start; move these bodies apart"
             faults[frozenset((first, second))] = Fault(where, text)
     known = contact_sides(scene)
-    depths = dict(overlaps(system))
-    for pair in scene.pairs:
-        both_surfaces = known[pair.first].kind == known[pair.second].kind == "surface"
+    left = [p for p in scene.pairs if not (flat and known[p.first].kind == known[p.second].kind == "surface")]
+    depths = dict(overlaps(system)) if left else {}
+    for pair in left:
         depth = depths.get(f"{pair.first} - {pair.second}", 0.0)
-        if depth > 0.0 and not (flat and both_surfaces):
+        if depth > 0.0:
             fault = Fault(where, _line(pair.first, pair.second, depth, "move them apart, or set contact.resolve_overlap"))
             faults.setdefault(frozenset((pair.first, pair.second)), fault)
     return list(faults.values())

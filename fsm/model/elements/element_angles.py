@@ -55,6 +55,8 @@ def angle_faults(scene: Scene) -> Iterator[Fault]:
     for i, element in enumerate(scene.elements):
         if element.frame != "outer" or element.inner not in turned or element.outer not in turned:
             continue
+        if element.initial_angle is None and element.crease is None:
+            continue
         path, placed = f"scene.elements.{i}", _placed(element, turned)
         if element.initial_angle is not None:
             yield from _initial_faults(f"{path}.initial_angle", element.initial_angle, placed)
