@@ -157,3 +157,17 @@ def test_a_beam_swings_on_a_hinge_and_keeps_its_energy(tmp_path: Path) -> None:
     assert found.summary["energy_error"] < 1e-6
     exact = run(case, tmp_path, "generalized-alpha", rtol=1e-6)
     assert of(found, "joint.hinge.angle") == pytest.approx(of(exact, "joint.hinge.angle"), abs=2e-3)
+
+
+def test_a_restart_has_the_velocities_across_the_joints() -> None:
+    """They carry energy from step to step, and records do not have them."""
+    one, other = started(chain(), 0.02), started(chain(), 0.02)
+    march(one, 0.1)
+    other.system.restore(one.system.memory())
+    again = MeanForce(other.system, one.t, one.q.copy(), one.u.copy(), 1e-9, 0.02)
+    again.resume(one.state())
+    assert np.abs(one.motion.u - one.u).max() > 1e-5
+    for method in (one, again):
+        march(method, 0.2)
+    assert again.q == pytest.approx(one.q, abs=1e-12)
+    assert again.motion.u == pytest.approx(one.motion.u, abs=1e-10)

@@ -27,10 +27,15 @@ Without a fixed step the error is controlled. The local error of x is h^3/12 tim
 the mean rates. The filter 2/h^2 S^-1 M, with the matrix S of Newton's method, removes modes that are too fast for the step.
 A step is also repeated if the quadrature loses too much energy, for example where a contact closes.
 
+Locked directions (`fsm.solve.stepping.model.lock`) are closed at the end of each step, and their efforts act along a mean
+gradient that does no work in a closed step: the discrete gradient of [4]. The velocity u_{n+1} then has a part of order h^2
+across the joints, which alternates from step to step; records have the nearest consistent velocity, and its multipliers.
+
 References
 ----------
 [1] Simo, Tarnow, Z. angew. Math. Phys. 43 (1992) 757-792. [2] Quispel, McLaren, J. Phys. A 41 (2008) 045206.
-[3] Kelley, Iterative Methods for Linear and Nonlinear Equations, SIAM 1995, chapter 7.
+[3] Kelley, Iterative Methods for Linear and Nonlinear Equations, SIAM 1995, chapter 7. [4] Gonzalez, Comput. Methods Appl.
+Mech. Engrg. 174 (1999) 1-13.
 """
 
 from __future__ import annotations
