@@ -131,6 +131,15 @@ def test_a_motor_puts_in_the_work_that_the_energies_show(tmp_path: Path) -> None
     assert found.summary["energy_error"] < 1e-9
 
 
+def test_a_motor_starts_from_rest_without_loads(tmp_path: Path) -> None:
+    """The first steps of error control have no energy but that of the motor."""
+    case = panel(motor={"angle": 1.0, "time": {"kind": "ramp", "end": 1.0}}) | {"gravity": [0.0, 0.0, 0.0]}
+    case["solve"]["end_time"] = 1.0
+    found = run(case, tmp_path, rtol=1e-7)
+    assert of(found, "joint.hinge.angle")[-1] == pytest.approx(1.0, abs=1e-12)
+    assert found.summary["energy_error"] < 1e-7
+
+
 def test_a_latch_closes_at_its_time(tmp_path: Path) -> None:
     """Stop, latch and damper are those of other methods; the step that latches is shortened."""
     given = {

@@ -24,7 +24,8 @@ _SLOW, _SLOW_AND_EXACT = 0.7, 0.6
 tangents and their factorisation cost ten times as much as two forces. Error control has a tighter tolerance."""
 _ROUND_OFF = 1e-13
 """Energy that counts as round-off, relative to the stored energy at the start, the work of the loads along the span, and the
-kinetic energy at the speed of the drives. While a load begins to grow, all energies are far below this value."""
+kinetic energy at the speed of the drives, with ideal joints at the scales of velocities. While a load begins to
+grow, all energies are far below this value."""
 
 
 class MeanForce(StepMethod):
@@ -83,6 +84,8 @@ class MeanForce(StepMethod):
             sizes[stepping.TURNOVER] = energy.kinetic
             scales = self.system.scales()
             driven = 0.5 * float(scales.driven_velocity @ self.system.momentum(self.q, scales.driven_velocity))
+            if self.system.lock(0.0):  # motors of joints also start from rest without any energy
+                driven += 0.5 * float(scales.velocity @ self.system.momentum(self.q, scales.velocity))
             whole = sum(map(abs, energy.potential.values())) + scales.work + driven
             sizes[stepping.ROUND_OFF] = _ROUND_OFF * whole
 
