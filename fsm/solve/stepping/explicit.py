@@ -66,8 +66,9 @@ _LEAST_ERROR = 1e-4
 """Least error of the last step that counts."""
 _REPEATED = 1e-8
 """Tolerance below which a step is repeated up to its event, because the order of the interpolation is lower."""
-ENDS_AT_SAVES = 1e-12
-"""Tolerance below which steps end at saved states, for the same reason; above it the error of the steps is larger."""
+_PASSED, _PASSED_BY_TURNS = 1e-12, 1e-7
+"""Tolerances below which steps end at saved states, for the same reason: for coordinates of joints; for bodies, and joints with
+a free rotation, whose quaternions are interpolated."""
 
 
 def take_one_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: float) -> int:
@@ -259,8 +260,11 @@ def march_and_keep(
     """Take at most `most` steps up to `until`, with the energy balance, as `fsm.solve.stepping.march.march`, and keep the
     states that they pass.
     """
-    sizes, last = motion.sizes, records.shape[0] - 1
+    sizes, counts, last = motion.sizes, motion.counts, records.shape[0] - 1
     _begin(model, motion)
+    turns = counts[SPEEDS] == 0 or counts[COORDINATES] > counts[SPEEDS]
+    if through.times.shape[0] > 0 and rules.rtol < (_PASSED_BY_TURNS if turns else _PASSED):
+        until = through.times[through.passed[0]]
     for number in range(most):
         begin, record = sizes[alpha.TIME], records[min(number, last)]
         if not begin < until:
@@ -284,10 +288,9 @@ def _march_through(
     """
     begun, times, passed = motion.counts[alpha.STEPS], through.times, through.passed
     while True:
-        t, left = times[-1], most - (motion.counts[alpha.STEPS] - begun)
-        if rules.rtol < ENDS_AT_SAVES:
-            t = times[passed[0]]
-        outcome = march_and_keep(model, motion, rules, balance, t, left, records, through)
+        left = most - (motion.counts[alpha.STEPS] - begun)
+        outcome = march_and_keep(model, motion, rules, balance, times[-1], left, records, through)
+        t = times[passed[0]]
         if outcome != STEPPED or motion.sizes[alpha.TIME] < t:
             return outcome
         if through.states.shape[0] > 0:

@@ -159,7 +159,7 @@ class Explicit(StepMethod):
     def _step_in_python(self, balance: np.ndarray, until: float, records: np.ndarray) -> int:
         through = self._through
         if through is not None:
-            until = float(through.times[int(through.passed[0]) if self.rules.rtol < explicit.ENDS_AT_SAVES else -1])
+            until = float(through.times[-1])
         return explicit.march_and_keep(
             self.model, self.motion, self.rules, balance, until, 1, records, through or NOTHING
         )
