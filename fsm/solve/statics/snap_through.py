@@ -105,7 +105,7 @@ def move_until_rest(
     if begins:
         u = _relaxed(system, recorder.time, recorder.q, u, settings.first_step)
         u = _allowed(system, recorder, u)
-    solver = GeneralizedAlpha(system, recorder.time, recorder.q, u, rtol, rho_inf=_RHO_INF)
+    solver = GeneralizedAlpha(system, recorder.time, recorder.q, u, rtol, rho_inf=_RHO_INF, first=recorder.last)
     largest, iterations, tries, steps, unseen, near = 0.0, 0, 0, 0, 0, False
     alone = math.inf if math.isfinite(settings.force_limit) else 0.0  # number of steps that are taken one by one
     while recorder.time < until:
@@ -116,7 +116,7 @@ def move_until_rest(
             iterations += solver.iterations
             system = cast(System, damped)
             solver = GeneralizedAlpha(
-                system, recorder.time, recorder.q, recorder.u, rtol, rho_inf=_RHO_INF, max_step=solver.max_step
+                system, recorder.time, recorder.q, recorder.u, rtol, _RHO_INF, max_step=solver.max_step, first=recorder.last
             )
         before, state, memory = (solver.t, solver.q, solver.u), solver.state(), system.memory()
         soon = recorder.time + _LOOKS * solver.motion.sizes[STEP_SIZE] > earliest
@@ -137,7 +137,7 @@ def move_until_rest(
             tries, iterations = tries + 1, iterations + solver.iterations
             system.restore(memory)
             shorter *= solver.t - before[0]
-            solver = GeneralizedAlpha(system, *before, rtol, rho_inf=_RHO_INF, max_step=shorter)
+            solver = GeneralizedAlpha(system, *before, rtol, _RHO_INF, max_step=shorter, first=recorder.last)
             alone = max(alone, _LOOKS)
             continue
         tries, steps, alone = 0, steps + len(records), max(alone - len(records), 0)
