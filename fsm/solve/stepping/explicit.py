@@ -8,8 +8,8 @@ end also to openings of zero. Trees of joints have minimal coordinates instead (
 are projected at the ends of several steps only, against round-off. Work and dissipated energy are integrated with the same
 stages.
 
-Steps end at events, for example where a stop is hit; their forces are smooth up to there. They pass saved states, which are
-interpolated (`fsm.solve.stepping.explicit_events`).
+Steps end at events, for example where a stop is hit; their forces are smooth up to there
+(`fsm.solve.stepping.explicit_events`).
 
 Springs and dampers bound the step: h omega < 6 for a spring, h c/m < 6 for a damper.
 """
@@ -17,25 +17,18 @@ Springs and dampers bound the step: h omega < 6 for a spring, h c/m < 6 for a da
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from fsm.kernels.addresses import floats_1d
 from fsm.kernels.jit import kernel, shared
 from fsm.kernels.pointers import borrowed
 from fsm.kernels.rotation import increments_of_rates
 from fsm.kernels.vector import mean_ratio
 from fsm.solve.stepping import generalized_alpha as alpha
 from fsm.solve.stepping import model as calls
-from fsm.solve.stepping.explicit_events import (
-    NOTHING,
-    SMALLEST,
-    Through,
-    end_at_event,
-    energy_up_to,
-    keep_between,
-    keep_state,
-)
+from fsm.solve.stepping.explicit_events import SMALLEST, end_at_event, energy_up_to
 from fsm.solve.stepping.explicit_stages import (
     COORDINATES,
     SPEEDS,
@@ -66,21 +59,11 @@ _LEAST_ERROR = 1e-4
 """Least error of the last step that counts."""
 _REPEATED = 1e-8
 """Tolerance below which a step is repeated up to its event, because the order of the interpolation is lower."""
-_PASSED, _PASSED_BY_TURNS = 1e-12, 1e-7
-"""Tolerances below which steps end at saved states, for the same reason: for coordinates of joints; for bodies, and joints with
-a free rotation, whose quaternions are interpolated."""
-
-
-def take_one_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: float) -> int:
-    """Take one step that ends at `until` or before, in Python, and return the outcome."""
-    return take_step(model, motion, rules, until, NOTHING.times, NOTHING)
 
 
 @shared
-def take_step(
-    model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: float, balance: np.ndarray, through: Through
-) -> int:
-    """Take one step that ends at `until` or before, keep the states that it passes, and return the outcome."""
+def take_step(model: Any, motion: ExplicitMotion, rules: ExplicitRules, until: float) -> int:
+    """Take one step that ends at `until` or before, and return the outcome."""
     sizes, counts = motion.sizes, motion.counts
     t, target = sizes[alpha.TIME], until
     for b in rules.breaks:
@@ -135,19 +118,12 @@ def take_step(
             sizes[alpha.STEP_SIZE] = h * (max(_SHRINK, _SAFETY * error ** (-1.0 / _ORDER)) if error < math.inf else _SHRINK)
         if min(most, sizes[alpha.STEP_SIZE]) < SMALLEST * max(abs(t), until - t):
             return OBJECTED if part < 1.0 else STEP_TOO_SMALL
-    kept = keep_between(model, motion, rules, balance, through, h, at, end)
-    if kept < 0:
-        return UNABLE if calls.unable(model) else NO_SOLUTION
     sizes[DONE], sizes[LOST] = energy_up_to(motion, rules, h, at, 0), energy_up_to(motion, rules, h, at, 1)
     if counts[SPEEDS] > 0:
         copy_into(y, motion.y[: counts[COORDINATES]])
         copy_into(v, motion.v[: counts[SPEEDS]])
     copy_into(q, motion.q)
     copy_into(u, motion.u)
-    if kept > 0 and counts[SPEEDS] > 0:
-        calls.to_minimal(model, end, motion.q, motion.u, motion.y, motion.v)  # without multipliers
-    elif kept > 0:
-        accelerate(model, np.nextafter(end, -math.inf), motion.q, motion.u, motion.rate, False)
     sizes[alpha.STEP_SIZE], sizes[alpha.TIME] = _following(sizes, h, error, grow), end
     counts[alpha.STEPS] += 1
     before = calls.stored(model, end, motion.q, motion.u, motion.record)[1] if at < 1.0 or part > 1.0 else 0.0
@@ -253,23 +229,18 @@ def _error(model: Any, motion: ExplicitMotion, rules: ExplicitRules, y: np.ndarr
 
 
 @shared
-def march_and_keep(
+def march_explicit(
     model: Any, motion: ExplicitMotion, rules: ExplicitRules, balance: np.ndarray, until: float, most: int,
-    records: np.ndarray, through: Through,
+    records: np.ndarray,
 ) -> int:  # fmt: skip
-    """Take at most `most` steps up to `until`, with the energy balance, as `fsm.solve.stepping.march.march`, and keep the
-    states that they pass.
-    """
-    sizes, counts, last = motion.sizes, motion.counts, records.shape[0] - 1
+    """Take at most `most` steps up to `until`, with the energy balance, as `fsm.solve.stepping.march.march`."""
+    sizes, last = motion.sizes, records.shape[0] - 1
     _begin(model, motion)
-    turns = counts[SPEEDS] == 0 or counts[COORDINATES] > counts[SPEEDS]
-    if through.times.shape[0] > 0 and rules.rtol < (_PASSED_BY_TURNS if turns else _PASSED):
-        until = through.times[through.passed[0]]
     for number in range(most):
         begin, record = sizes[alpha.TIME], records[min(number, last)]
         if not begin < until:
             break
-        outcome = take_step(model, motion, rules, until, balance, through)
+        outcome = take_step(model, motion, rules, until)
         if outcome != STEPPED:
             return _end(model, motion, outcome)
         kinetic, potential, _, power, driven = calls.energies(model, sizes[alpha.TIME], motion.q, motion.u, 0.0, record)
@@ -278,25 +249,58 @@ def march_and_keep(
     return _end(model, motion, STEPPED)
 
 
+class Through(NamedTuple):
+    """Times through which a march goes, and its states there.
+
+    Attributes
+    ----------
+    times : (s,) array, s
+    states : (n, k) array, n <= s
+        Rows of the first n times: first numbers of the record of the last step, balance, q, u, internal variables.
+    passed : (1,) int array
+        Number of states that are written.
+    memory : table of `fsm.kernels.addresses`
+        Arrays of the internal variables.
+    """
+
+    times: np.ndarray
+    states: np.ndarray
+    passed: np.ndarray
+    memory: np.ndarray
+
+
+@kernel
+def _keep_state(
+    motion: ExplicitMotion, balance: np.ndarray, record: np.ndarray, memory: np.ndarray, row: np.ndarray
+) -> None:
+    """Write a state of `Through`."""
+    at = calls.DRIVES
+    copy_into(record[:at], row[:at])
+    for part in (balance, motion.q, motion.u):
+        copy_into(part, row[at : at + part.shape[0]])
+        at += part.shape[0]
+    for i in range(memory.shape[0]):
+        part = floats_1d(memory, i)
+        copy_into(part, row[at : at + part.shape[0]])
+        at += part.shape[0]
+
+
 @shared
 def _march_through(
     model: Any, motion: ExplicitMotion, rules: ExplicitRules, balance: np.ndarray, through: Through, most: int,
     records: np.ndarray,
 ) -> int:  # fmt: skip
-    """Take at most `most` steps up to the last of given times, and keep the states at all of them. Steps pass the others,
-    and their states are interpolated; at a small tolerance the steps end there.
-    """
-    begun, times, passed = motion.counts[alpha.STEPS], through.times, through.passed
-    while True:
-        left = most - (motion.counts[alpha.STEPS] - begun)
-        outcome = march_and_keep(model, motion, rules, balance, times[-1], left, records, through)
-        t = times[passed[0]]
+    """Take at most `most` steps through given times, as `march_explicit`, and write the states there."""
+    begun = motion.counts[alpha.STEPS]
+    for number in range(through.times.shape[0]):
+        t, left = through.times[number], most - (motion.counts[alpha.STEPS] - begun)
+        outcome = march_explicit(model, motion, rules, balance, t, left, records)
         if outcome != STEPPED or motion.sizes[alpha.TIME] < t:
             return outcome
-        if through.states.shape[0] > 0:
-            keep_state(balance, motion.q, motion.u, records[0], through)
-        if t == times[-1]:
-            return STEPPED
+        if number < through.states.shape[0]:
+            _keep_state(motion, balance, records[0], through.memory, through.states[number])
+            through.passed[0] = number + 1
+    return STEPPED
 
 
 @kernel

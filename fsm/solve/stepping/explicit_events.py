@@ -1,20 +1,18 @@
-"""States inside a step of the explicit Runge-Kutta method by interpolation: at events, whose time is found, and at given
-times.
+"""Events in a step of the explicit Runge-Kutta method: their time and the state there by interpolation.
 
 The forces of a step are smooth up to its first event (`fsm.solve.interface.system.System.hold`), whose time comes from the
 interpolation of order 7 between both ends of the step (Hairer, Norsett, Wanner 1993, II.6). Its three further stages and the
-rate at the end are computed only in steps that need it. States between the ends are projected as the end is; see
+rate at the end are computed in steps with an event only. States between the ends are projected as the end is; see
 `fsm.solve.stepping.explicit`.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from fsm.kernels.addresses import ROW, floats_1d
 from fsm.kernels.jit import kernel, shared
 from fsm.solve.stepping import generalized_alpha as alpha
 from fsm.solve.stepping import model as calls
@@ -23,14 +21,11 @@ from fsm.solve.stepping.explicit_stages import (
     STAGES,
     ExplicitMotion,
     ExplicitRules,
-    accelerate,
     add_rates,
     evaluate_stage,
     place_bodies,
     state_of,
-    sum_rates,
 )
-from fsm.solve.stepping.march import BALANCE, DISSIPATED, DRIVEN, WORK, add_up
 from fsm.solve.stepping.vectors import copy_into
 
 SMALLEST = 16.0 * float(np.finfo(float).eps)
@@ -142,93 +137,3 @@ def _place_between(
         v[k] = _interpolated(slower[k], faster[k], motion.of_u, k, rules.between, h, at)
     _, turns = place_bodies(model, motion, motion.sizes[alpha.TIME] + at * h, y, v, q, u)
     return turns
-
-
-class Through(NamedTuple):
-    """Times through which a march goes, and its states there.
-
-    Attributes
-    ----------
-    times : (s,) array, s
-    states : (n, k) array, n <= s
-        Rows of the first n times: first numbers of the record of the state, balance, q, u, internal variables.
-    passed : (1,) int array
-        Number of states that are written.
-    memory : table of `fsm.kernels.addresses`
-        Arrays of the internal variables.
-    """
-
-    times: np.ndarray
-    states: np.ndarray
-    passed: np.ndarray
-    memory: np.ndarray
-
-
-NOTHING = Through(np.zeros(0), np.zeros((0, 0)), np.zeros(1, dtype=np.int64), np.zeros((0, ROW), dtype=np.int64))
-"""No times."""
-
-
-@kernel
-def keep_state(balance: np.ndarray, q: np.ndarray, u: np.ndarray, record: np.ndarray, through: Through) -> np.ndarray:
-    """Write the next state of `Through`; returns its row."""
-    row, at = through.states[through.passed[0]], calls.DRIVES
-    copy_into(record[:at], row[:at])
-    for part in (balance, q, u):
-        copy_into(part, row[at : at + part.shape[0]])
-        at += part.shape[0]
-    _keep_memory(through.memory, row[at:])
-    through.passed[0] += 1
-    return row
-
-
-@kernel
-def _keep_memory(memory: np.ndarray, row: np.ndarray) -> None:
-    at = 0
-    for i in range(memory.shape[0]):
-        part = floats_1d(memory, i)
-        copy_into(part, row[at : at + part.shape[0]])
-        at += part.shape[0]
-
-
-@kernel
-def _restore_memory(memory: np.ndarray, row: np.ndarray) -> None:
-    at = 0
-    for i in range(memory.shape[0]):
-        part = floats_1d(memory, i)
-        copy_into(row[at : at + part.shape[0]], part)
-        at += part.shape[0]
-
-
-@shared
-def keep_between(
-    model: Any, motion: ExplicitMotion, rules: ExplicitRules, balance: np.ndarray, through: Through, h: float, part: float,
-    end: float,
-) -> int:  # fmt: skip
-    """Keep the states at the given times before the `end` of an accepted step, which is this part of a step of size h.
-    Returns their number, or -1 if the mass is singular. The model keeps the multipliers of the last one.
-    """
-    first, most = through.passed[0], through.states.shape[0]
-    if first >= most or not through.times[first] < end:
-        return 0
-    t, (start, slower) = motion.sizes[alpha.TIME], state_of(motion)
-    y, v = sum_rates(start, motion.of_q, rules.weights, h), sum_rates(slower, motion.of_u, rules.weights, h)
-    if part == 1.0 and not _evaluate_interpolation(model, motion, rules, t, end, h, y, v):
-        return -1
-    last, faster, q, u = y.copy(), v.copy(), motion.q.copy(), motion.u.copy()
-    memory = np.empty(through.states.shape[1])
-    _keep_memory(through.memory, memory)
-    while through.passed[0] < most and through.times[through.passed[0]] < end:
-        time = through.times[through.passed[0]]
-        at = (time - t) / h
-        _place_between(model, motion, rules, h, at, last, faster, y, v, q, u)
-        if motion.counts[SPEEDS] > 0:
-            accelerate(model, time, q, u, motion.rate, False)
-        kinetic, potential, _, _, driven = calls.energies(model, time, q, u, 0.0, motion.record)
-        calls.accept(model, time, q, u)  # angles with their turns
-        own = keep_state(balance, q, u, motion.record, through)[calls.DRIVES : calls.DRIVES + BALANCE]
-        own[WORK] += energy_up_to(motion, rules, h, at, 0) + driven - own[DRIVEN]
-        own[DISSIPATED] += energy_up_to(motion, rules, h, at, 1)
-        own[DRIVEN] = driven
-        add_up(own, kinetic + potential, kinetic)
-        _restore_memory(through.memory, memory)
-    return int(through.passed[0] - first)

@@ -172,16 +172,16 @@ class StepMethod(ABC):
             # in Python, SciPy solves the linear equations, and the reason of a rejection is available
             own = records[self.steps - begun :] if every else records
             with np.errstate(all="ignore"):
-                outcome = self._step_in_python(balance, until, own)
+                outcome = self.in_python(self.model, self.motion, self.rules, balance, self._end(until), 1, own)
             if self._arrays is not None:
                 self._without_factors()
         self._check(outcome)
         self.pair_energy = self.motion.all_pairs.copy()
         return records[: self.steps - begun]
 
-    def _step_in_python(self, balance: np.ndarray, until: float, records: np.ndarray) -> int:
-        outcome: int = self.in_python(self.model, self.motion, self.rules, balance, until, 1, records)
-        return outcome
+    def _end(self, until: float) -> float:
+        """Time up to which a step in Python goes."""
+        return until
 
     def _begin(self) -> None:
         """Copy q and u, since callers may store the arrays of the previous state."""

@@ -15,7 +15,7 @@ from fsm.kernels.pointers import enter
 from fsm.solve.interface.records import Observation
 from fsm.solve.interface.system import System
 from fsm.solve.stepping import explicit
-from fsm.solve.stepping.explicit_events import NOTHING, Through
+from fsm.solve.stepping.explicit import Through
 from fsm.solve.stepping.explicit_stages import ExplicitMotion, ExplicitRules
 from fsm.solve.stepping.generalized_alpha import LONGEST, MAX_STEP, STARTED, STEP_SIZE
 from fsm.solve.stepping.march import BALANCE
@@ -39,22 +39,15 @@ def _tables() -> ExplicitRules:
     return ExplicitRules(0.0, nodes, weights, table, fifth, third, none, none, none, none, *between)
 
 
-class PassedStates(NamedTuple):
-    """States through which a march went.
-
-    Attributes
-    ----------
-    times : n times, s
-    energies : n rows of elastic energies of panels and creases, J
-    balances : (n, k) array
-        Numbers of `fsm.solve.stepping.march`.
-    q, u, memory : (n, nq), (n, nu) and (n, m) arrays
-        The last one contains the internal variables of the system.
+class PassedState(NamedTuple):
+    """State through which a march went: time (s), elastic energies of panels and creases (J), numbers of
+    `fsm.solve.stepping.march`, q, u, and internal variables of the system.
     """
 
-    times: list[float]
-    energies: list[list[float]]
-    balances: np.ndarray
+    time: float
+    panels: float
+    creases: float
+    balance: np.ndarray
     q: np.ndarray
     u: np.ndarray
     memory: np.ndarray
@@ -74,7 +67,7 @@ class Explicit(StepMethod):
     observed : Observation of any state, for the numbers of drives and contact pairs; computed if absent
     """
 
-    one_step, in_python = staticmethod(explicit.take_one_step), staticmethod(explicit.march_and_keep)
+    one_step, in_python = staticmethod(explicit.take_step), staticmethod(explicit.march_explicit)
     in_kernel = staticmethod(explicit.march_explicit_arrays)
     following = STEP_SIZE
     _through: Through | None = None
@@ -124,30 +117,30 @@ class Explicit(StepMethod):
             self.system.hold(False)
 
     def march_through(self, balance: np.ndarray, times: np.ndarray, most: int, memory: Sequence[np.ndarray]) -> None:
-        """Take at most `most` steps through given times in one kernel, and keep the states there; see `passed`. The times
-        are all that are left, so that a resumed run has the same steps.
+        """Take at most `most` steps through given times in one kernel, and keep the states there; see `passed`.
 
         `memory` contains the arrays of the system's internal variables.
         """
         size = DRIVES + len(balance) + len(self.q) + len(self.u) + sum(len(part) for part in memory)
-        count = (len(times) - 1) % max(1, _MOST_NUMBERS // size) + 1  # ends at the same times whichever is the first
+        count = min(len(times), max(1, _MOST_NUMBERS // size))
         self._through = Through(
             times[:count], np.empty((count, size)), np.zeros(1, dtype=np.int64), address_table(memory)
         )
         self.march(balance, math.nan, most)
 
-    def passed(self) -> PassedStates | None:
-        """States that the last call of `march_through` has kept; None without such a call, or if there are none."""
+    def passed(self) -> list[PassedState]:
+        """States that the last call of `march_through` has kept."""
         if self._through is None:
-            return None
+            return []
         through, self._through = self._through, None
-        count, q = int(through.passed[0]), DRIVES + BALANCE
+        q = DRIVES + BALANCE
         u = q + len(self.q)
-        end, rows = u + len(self.u), through.states[:count]
-        return PassedStates(
-            through.times[:count].tolist(), rows[:, [PANELS, CREASES]].tolist(), rows[:, DRIVES:q], rows[:, q:u],
-            rows[:, u:end], rows[:, end:],
-        ) if count else None  # fmt: skip
+        end = u + len(self.u)
+        rows = through.states[: through.passed[0]]
+        return [
+            PassedState(t, float(row[PANELS]), float(row[CREASES]), row[DRIVES:q], row[q:u], row[u:end], row[end:])
+            for t, row in zip(through.times.tolist(), rows, strict=False)
+        ]
 
     def _march(self, balance: np.ndarray, until: float, most: int, records: np.ndarray) -> int:
         assert self._arrays is not None
@@ -156,13 +149,9 @@ class Explicit(StepMethod):
         outcome: int = enter(self._arrays.calls.force, self.in_kernel, *arguments)
         return outcome
 
-    def _step_in_python(self, balance: np.ndarray, until: float, records: np.ndarray) -> int:
-        through = self._through
-        if through is not None:
-            until = float(through.times[-1])
-        return explicit.march_and_keep(
-            self.model, self.motion, self.rules, balance, until, 1, records, through or NOTHING
-        )
+    def _end(self, until: float) -> float:
+        """See `StepMethod`."""
+        return until if self._through is None else float(self._through.times[int(self._through.passed[0])])
 
     @property
     def _pace(self) -> np.ndarray:

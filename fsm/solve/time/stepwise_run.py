@@ -107,7 +107,7 @@ class StepwiseRun(Run):
         most = max(1, min(self.renewed + self.every, settings.max_steps) - solver.steps)
         drives, pairs = len(self.last.drive.travel), len(self.last.pairs.force)
         solver.recorded, every = DRIVES + 2 * drives + pairs, drives + pairs > 0
-        memory = None if every else self.system.memory_in_place()
+        memory = self.system.memory_in_place() if solver.marches and not every else None
         try:
             until = self.pending[0] if self.pending else settings.end_time
             if events is None and memory is not None and isinstance(solver, Explicit):
@@ -138,19 +138,21 @@ class StepwiseRun(Run):
 
     def _save_passed(self, solver: StepMethod) -> None:
         """Save the states that a kernel has passed; the receiver may set the memory of the system to that of each."""
-        passed = solver.passed() if isinstance(solver, Explicit) else None
-        if passed is None:
+        passed = solver.passed() if isinstance(solver, Explicit) else []
+        if not passed:
             return
         system, points, pairs = self.system, self.statistics.points, self.energy_balance.pair_energy
         latest, first, path = system.memory(), self.last, points[-1].path if points else 0
-        del self.pending[: len(passed.times)]
-        numbers, save = passed.balances[:, [DISSIPATED, WORK, ERROR, LOST]].tolist(), self.request.on_save
-        each = zip(passed.times, passed.energies, numbers, passed.q, passed.u, passed.memory, strict=True)
-        for t, stored, (lost, work, error, numerical), q, u, memory in each:
-            points.append(CurvePoint(first.drive, first.pairs.force, t, path, *stored))
-            observed = partial(observed_at, system, t, q, u, memory)
-            save(SavedState(t, q, u, observed, lost, work, error, pairs, memory=memory, numerical=numerical))
-        self.saved = passed.times[-1]
+        del self.pending[: len(passed)]
+        for state in passed:
+            points.append(CurvePoint(first.drive, first.pairs.force, state.time, path, state.panels, state.creases))
+            lost, work, error, numerical = state.balance[[DISSIPATED, WORK, ERROR, LOST]].tolist()
+            own = state.time, state.q, state.u
+            observed = partial(observed_at, system, state.time, state.q, state.u, state.memory)
+            self.request.on_save(
+                SavedState(*own, observed, lost, work, error, pairs, memory=state.memory, numerical=numerical)
+            )
+        self.saved = passed[-1].time
         system.restore(latest)
 
     def _look_at(self, records: np.ndarray, drives: int, pairs: int) -> None:
