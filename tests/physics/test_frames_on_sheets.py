@@ -14,7 +14,11 @@ from scipy.optimize import brentq
 import fsm
 from fsm.errors import CaseError
 from fsm.model.compile.compile_case import compile_case
+from fsm.model.plan.in_python import InPython
 from fsm.model.system.frames import place_frames
+from fsm.solve.outcome.run_io import SavedState
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 
 FACETS: dict[str, dict[str, Any]] = {
     "rigid": {"facets": "rigid"}, "bars": {"facets": "bars"}, "flexible": {"facets": "flexible", "mesh_size": 0.05},
@@ -235,3 +239,49 @@ def test_a_flexible_sheet_that_starts_off_its_equilibrium_keeps_the_balance_of_e
     fall = energy["gravity"][0] - energy["gravity"][-1]
     assert energy["dissipated"][-1] == pytest.approx(0.5 * fall, rel=0.15)
     assert result.summary["energy_error"] < 1e-5
+
+
+def swinging(damping: float) -> dict[str, Any]:
+    """Sheet on spherical joints at the ends of its left edge."""
+    frames = [{"name": f"v{k}", "on": "sheet", "place": f"vertex {k}"} for k in (1, 2)]
+    joints = [
+        {"name": f"s{k}", "kind": "spherical", "first": "ground", "second": f"v{k}", "at": [0.0, _B * (k - 1), 0.0]}
+        for k in (1, 2)
+    ]
+    return moving({"frames": [*frames, END], "joints": joints}, damping)
+
+
+def moving(scene: dict[str, Any], damping: float) -> dict[str, Any]:
+    case = zigzag("flexible", scene) | {
+        "material": {"young": 3e9, "poisson": 0.3, "density": _RHO} | ({"damping": damping} if damping else {}),
+        "solve": {"end_time": 0.1, "error_estimates": "off", "method": "generalized-alpha", "rtol": 1e-6},
+        "save": SAVE | {"interval": 0.02, "channels": ["point.*"]},
+    }
+    del case["step"]
+    return case
+
+
+@pytest.mark.parametrize("damping", [0.0, 1e-3])
+def test_a_damped_sheet_swings_on_joints_as_on_supports(damping: float, tmp_path: Path) -> None:
+    """Damped modes that are much faster than the steps: projections to the joints must not excite them."""
+    held = moving({"frames": [END]}, damping)
+    held["sheet"]["support"] = [{"at": "edge left", "fixed": ["x", "y", "z"]}]
+    on_joints, on_supports = (
+        fsm.load(case).run(tmp_path / name, figures=False) for name, case in (("joints", swinging(damping)), ("held", held))
+    )
+    assert tip(on_joints) == pytest.approx(tip(on_supports), abs=2e-5)
+    lost, wanted = (float(result.solution.energy["dissipated"][-1]) for result in (on_joints, on_supports))
+    assert lost == pytest.approx(wanted, rel=0.02, abs=1e-12)
+    assert on_joints.summary["energy_error"] < 2e-4
+    assert on_joints.summary["steps"] < 1.2 * on_supports.summary["steps"]
+
+
+def test_steps_in_python_of_a_damped_sheet_on_joints_are_the_compiled_ones() -> None:
+    ends = []
+    for reasons in ((), ("a test",)):
+        _, system = compile_case(fsm.load(swinging(1e-3)).model)
+        system.in_python = InPython(reasons)
+        saved = list[SavedState]()
+        simulate(system, Settings("generalized-alpha", 1e-5, 0.01, rho_inf=0.6), [0.01], saved.append)
+        ends.append(np.concatenate([saved[-1].q, saved[-1].u]))
+    assert ends[1] == pytest.approx(ends[0], abs=1e-8)

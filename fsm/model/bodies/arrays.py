@@ -84,7 +84,7 @@ class Arrays(NamedTuple):
     kept_stiffness, kept_damping : block data, see `fsm.solve.stepping.model.keep_tangent`
     last_q : (nq,) array
         Configuration of the last state in statics.
-    interval : (8,) array
+    interval : (9,) array
         Time in statics, and time since the last state, first as zero if no force depends on rates; time of the last state
         (s). Part of the time in `System.progress`, per second; zero if the progress is the time.
         Inverse of the length of bodies with locked directions (1/m), whose moments count as reactions; zero without.
@@ -174,7 +174,7 @@ FORCE_SCALE, PAIR_FORCE, KEPT_STIFFNESS, KEPT_DAMPING, LAST_Q, INTERVAL, DOF, ST
 FORCE_BY, TANGENT_BY, KEEP_BY, STORED_BY, LOST_BY, ACCEPT_BY, LOCK_BY, ADVANCE_BY, PROJECT_BY, PART_BY = range(10)
 TAKE_UP_BY, BOTH_BY = 10, 12
 """Columns of `Segments.elements`."""
-LOOPS, FEELS, GAS = 6, 7, 4
+LOOPS, FEELS, LOCKED_BY, GAS = 6, 7, 8, 4
 """Indices of `Arrays.interval`, and of `Arrays.stored`."""
 MEASURE, BEND, CLOSE, AT_RATES, AT_ACCELERATIONS, KEEP, SWAP, AT_GIVEN, AT_END, ALONG_STEP = range(10)
 STEP, AGAIN, WORK, LARGEST = 0.0, 1.0, 2.0, 3.0

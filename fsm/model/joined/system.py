@@ -71,6 +71,7 @@ class JoinedSystem(JoinedConfiguration):
         faces, chambers = self.faces, self.chambers
         self.pressures = tuple(pressure_of(load, faces) for load in pressures if faces is not None)
         self.remembers = self.remembers or chambers is not None
+        self._locked_by = 0.0  # factor of the inertia in the last matrix of a step, 1/s^2
         self.replays = not self.remembers and self.elements.remembered > 0
         self._pressing: tuple[ElementGroup, ...] = (*self.pressures, *([] if chambers is None else [chambers]))
         self.elements = self.elements.under(self._pressing)
@@ -118,6 +119,7 @@ class JoinedSystem(JoinedConfiguration):
 
     def lock(self, by_acceleration: float) -> bool:
         """See `System`."""
+        self._locked_by = by_acceleration
         return super().lock(by_acceleration + self.wave_factor if by_acceleration > 0.0 else 0.0)
 
     @cached_property
@@ -137,9 +139,16 @@ class JoinedSystem(JoinedConfiguration):
         """See `System`."""
         if not self.locking:
             return False
+        from fsm.kernels.addresses import floats_3d
+        from fsm.model.bodies.arrays import LOCKED_BY
+        from fsm.model.nodes.arrays import DAMPING
         from fsm.model.system.array_locked import MOST, close_openings, find_multipliers, settled
 
         found = self._locked_model
+        found.bodies[0].interval[LOCKED_BY] = self._locked_by
+        if self._locked_by > 0.0:
+            assert found.model.nodes is not None
+            floats_3d(found.model.nodes.table, DAMPING)[:] = self.linearise(t, q, u).damping.data
         close_openings(found.model, t, q, u, False)
         on_nodes = self._generalised(t, q, u, None, np.zeros(self.at_rest.shape))[self._nu :]
         before = np.zeros(self.nu)

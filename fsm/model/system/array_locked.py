@@ -2,8 +2,10 @@
 `fsm.model.elements.joints`.
 
 Velocities and accelerations are projected with the matrix M + r J^T J, whose penalty is 1e7 times the inertia of each
-opening. Each solution reduces the rates of openings by about this factor; the loops end at round-off. A frame at the rates
-T u of its vectors has the acceleration T u' + (dT/dt) u.
+opening. Each solution reduces the rates of openings by about this factor; the loops end at round-off. In steps of
+generalized-alpha, M of nodes is M + h D, with the damping D of the last tangent and h^2 the inverse of the factor of M in
+the matrix of the step. Else a projection would excite modes of flexible parts that are damped much faster than a step, and
+their u' would be huge. A frame at the rates T u of its vectors has the acceleration T u' + (dT/dt) u.
 """
 
 from __future__ import annotations
@@ -52,6 +54,7 @@ EXACT = 1e-26
 @kernel
 def lock(model: Joined, by_acceleration: float) -> bool:
     """See `fsm.solve.stepping.model`."""
+    floats_1d(model.bodies.table, rows.INTERVAL)[rows.LOCKED_BY] = by_acceleration
     least = _least_of_waves(model.nodes, model) if by_acceleration > 0.0 else 0.0
     return bool(lock_bodies(model.bodies, by_acceleration + least))
 
@@ -107,12 +110,24 @@ def _factorise(own: Coordinates | None, model: Joined, stiffness: np.ndarray) ->
         return
     joined, table, members = floats_3d(own.table, of_nodes.MATRIX), model.table, floats_3d(model.table, at.MEMBERS)
     copy_into(floats_3d(own.table, of_nodes.MASS), joined)
+    _add_damping(own, floats_1d(bodies.table, rows.INTERVAL)[rows.LOCKED_BY], joined)
     add_condensed(
         p.rows, p.columns, stiffness, integers_1d(table, at.OF_MEMBERS), members, members, integers_1d(table, at.STARTS),
         integers_1d(table, at.SLOTS), joined,
     )  # fmt: skip
     hold_rows(own.table, floats_1d(own.table, of_nodes.NUMBERS)[of_nodes.HELD_STIFFNESS], joined)
     factorise_matrix(own, False)
+
+
+@kernel
+def _add_damping(own: Coordinates, by_acceleration: float, matrix: np.ndarray) -> None:
+    """Add h D with h^2 = 1/`by_acceleration`, unless that is zero."""
+    if by_acceleration > 0.0:
+        damping, step = floats_3d(own.table, of_nodes.DAMPING), 1.0 / np.sqrt(by_acceleration)
+        for i in range(matrix.shape[0]):
+            for j in range(matrix.shape[1]):
+                for k in range(matrix.shape[2]):
+                    matrix[i, j, k] += step * damping[i, j, k]
 
 
 @kernel

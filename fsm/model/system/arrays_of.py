@@ -276,7 +276,7 @@ def _interval(system: SegmentForces, pattern: BodyPattern) -> np.ndarray:
     """See `Arrays`."""
     per_moment = 1.0 / system.arm if system.locking else 0.0
     loops, feels = have_loops(system.locking, pattern.dof), system.feels_reactions
-    return np.array([0.0, 0.0, 0.0, 0.0, _pace(system), per_moment, float(loops), float(feels)])
+    return np.array([0.0, 0.0, 0.0, 0.0, _pace(system), per_moment, float(loops), float(feels), 0.0])
 
 
 def _pace(system: SegmentForces) -> float:
