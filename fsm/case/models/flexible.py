@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, PrivateAttr, model_validator
 
-from fsm.case.models.facet_mesh import MeshPoint
 from fsm.case.models.sheet_parts import Box
 from fsm.case.schema.model import Key, Model, Name
 from fsm.case.schema.units import Count, Density, Length, Number, Stress, Time
+
+if TYPE_CHECKING:
+    from fsm.case.models.facet_mesh import MeshPoint
 
 Position = tuple[Length, Length, Length]
 Quaternion = tuple[Number, Number, Number, Number]
