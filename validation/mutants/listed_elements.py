@@ -479,6 +479,13 @@ JOINTS = (
         physics_test("ideal_joints", "test_a_latch_holds_a_block_between_itself_and_the_stop"),
     ),
     Mutant(
+        "projection of damped flexible parts by their inertia alone",
+        "fsm/model/system/array_locked.py",
+        "matrix[i, j, k] += step * damping[i, j, k]",
+        "matrix[i, j, k] += 0.0 * damping[i, j, k]",
+        physics_test("frames_on_sheets", "test_a_damped_sheet_swings_on_joints_as_on_supports"),
+    ),
+    Mutant(
         "a latch acts in the step in which it closes",
         "fsm/model/elements/joint_events.py",
         "memory[laws.LATCHED * m + i], closed = 2.0, back",
