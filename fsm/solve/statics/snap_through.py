@@ -105,7 +105,7 @@ def move_until_rest(
     if begins:
         u = _relaxed(system, recorder.time, recorder.q, u, settings.first_step)
         u = _allowed(system, recorder, u)
-    solver = GeneralizedAlpha(system, recorder.time, recorder.q, u, rtol, rho_inf=_RHO_INF, first=recorder.last)
+    solver = GeneralizedAlpha(system, recorder.time, recorder.q, u, rtol, rho_inf=_RHO_INF, first=recorder.last, parts=1)
     largest, iterations, tries, steps, unseen, near = 0.0, 0, 0, 0, 0, False
     alone = math.inf if math.isfinite(settings.force_limit) else 0.0  # number of steps that are taken one by one
     while recorder.time < until:
@@ -116,8 +116,9 @@ def move_until_rest(
             iterations += solver.iterations
             system = cast(System, damped)
             solver = GeneralizedAlpha(
-                system, recorder.time, recorder.q, recorder.u, rtol, _RHO_INF, max_step=solver.max_step, first=recorder.last
-            )
+                system, recorder.time, recorder.q, recorder.u, rtol, _RHO_INF, max_step=solver.max_step,
+                first=recorder.last, parts=1,
+            )  # fmt: skip
         before, state, memory = (solver.t, solver.q, solver.u), solver.state(), system.memory()
         soon = recorder.time + _LOOKS * solver.motion.sizes[STEP_SIZE] > earliest
         most = 1 if alone else min(_FEW if soon else _LOOKS, settings.max_steps - recorder.statistics.steps)
@@ -137,7 +138,7 @@ def move_until_rest(
             tries, iterations = tries + 1, iterations + solver.iterations
             system.restore(memory)
             shorter *= solver.t - before[0]
-            solver = GeneralizedAlpha(system, *before, rtol, _RHO_INF, max_step=shorter, first=recorder.last)
+            solver = GeneralizedAlpha(system, *before, rtol, _RHO_INF, max_step=shorter, first=recorder.last, parts=1)
             alone = max(alone, _LOOKS)
             continue
         tries, steps, alone = 0, steps + len(records), max(alone - len(records), 0)

@@ -91,9 +91,9 @@ _SAME = 1e-9
 """Relative difference below which two step sizes are equal."""
 _EARLY, _LATE = 0.5 - math.sqrt(3.0) / 6.0, 0.5 + math.sqrt(3.0) / 6.0
 """Gauss points of a step."""
-_PARTS, _CLOSED = 8, 1e-9
-"""Largest number of parts of a step in which contacts begin or end, for (5), and change of the work, relative to the kinetic
-energy, up to which the parts are halved."""
+_CLOSED = 1e-3
+"""Change of the work in (5), relative to the kinetic energy times the tolerance, up to which the parts of a step are halved
+in which contacts begin or end."""
 _SMALLEST = 16.0 * float(np.finfo(float).eps)
 """Smallest step relative to the present time."""
 
@@ -114,7 +114,8 @@ class Rules(NamedTuple):
     shortest : s
         Error control accepts every step of this size.
     balances : -
-        1 if steps compute their energies `UNSEEN` and `SPENT`, else 0.
+        Largest number of parts of a step in which contacts begin or end, for its energies `UNSEEN` and `SPENT`; 0 if steps
+        do not compute them.
     tolerance, resolved, velocity, increment, span : (nu,) arrays
         Tolerances of the increment x for the local error and for Newton's method, and scales of
         `fsm.solve.interface.scales.Scales`.
@@ -251,7 +252,7 @@ def take_step(model: Any, motion: Motion, rules: Rules, until: float) -> int:
                 return NO_SOLUTION
             return OBJECTED if part < 1.0 else STEP_TOO_SMALL
     if rules.balances > 0.0:
-        _balance(model, motion, h, trial)
+        _balance(model, motion, rules, h, trial)
     _accept(model, motion, rules, end, h, trial, part > 1.0)
     return STEPPED
 
@@ -429,7 +430,7 @@ def _make_consistent(model: Any, end: float, q: np.ndarray, u: np.ndarray, a: np
 
 
 @shared
-def _balance(model: Any, motion: Motion, h: float, trial: _Trial) -> None:
+def _balance(model: Any, motion: Motion, rules: Rules, h: float, trial: _Trial) -> None:
     """Numerical dissipation of a step without W, by (5), and the energies dissipated along it."""
     sizes, counts, touching = motion.sizes, motion.counts, calls.touching(model)[0]
     work, changed = _along(model, motion, h, trial.x, 1)
@@ -437,7 +438,7 @@ def _balance(model: Any, motion: Motion, h: float, trial: _Trial) -> None:
     counts[TOUCHING] = touching
     if changed:
         kinetic, parts, before = 0.5 * vectors.inner(trial.u, calls.mass_times(model, trial.u)), 1, math.inf
-        while parts < _PARTS and abs(work - before) > _CLOSED * kinetic:
+        while parts < rules.balances and abs(work - before) > _CLOSED * rules.rtol * kinetic:
             before, parts = work, 2 * parts
             work, _ = _along(model, motion, h, trial.x, parts)
     faster = vectors.subtracted(trial.u, motion.u)

@@ -82,6 +82,8 @@ class GeneralizedAlpha(StepMethod):
     max_step : s
     first : Observation, optional
         Observation of the state to start from, for runs with an energy balance: steps compute their numerical dissipation.
+    parts : -
+        Largest number of parts of a step in which contacts begin or end, for its energies.
     """
 
     one_step, in_python, in_kernel = staticmethod(take_step), staticmethod(march), staticmethod(march_arrays)
@@ -99,6 +101,7 @@ class GeneralizedAlpha(StepMethod):
         fixed_step: float | None = None,
         max_step: float = math.inf,
         first: Observation | None = None,
+        parts: int = 8,
     ) -> None:
         still, sizes, counts = np.zeros(len(u)), np.zeros(11), np.zeros(12, dtype=np.int64)
         sizes[stepping.MAX_STEP], sizes[stepping.LONGEST] = max_step, math.inf
@@ -121,7 +124,7 @@ class GeneralizedAlpha(StepMethod):
         self.rules = Rules(
             c.alpha_m, c.alpha_f, c.beta, c.gamma, c.shift, c.error_x, c.error_u, rtol, newton, growth, fixed_step or 0.0,
             min(1.0, rtol / _FLOOR_AT) ** (1.0 / 3.0) * system.shortest_step(),
-            0.0 if first is None else 1.0, tolerance,
+            0.0 if first is None else float(parts), tolerance,
             # the tolerance of Newton's method is tighter where forces require it; the tolerance of steps is not
             np.minimum(tolerance, scales.resolution / newton), scales.velocity, scales.increment, scales.span,
             np.array(sorted(system.break_times()), dtype=float),
