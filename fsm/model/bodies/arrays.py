@@ -88,7 +88,8 @@ class Arrays(NamedTuple):
         Time in statics, and time since the last state, first as zero if no force depends on rates; time of the last state
         (s). Part of the time in `System.progress`, per second; zero if the progress is the time.
         Inverse of the length of bodies with locked directions (1/m), whose moments count as reactions; zero without.
-        One if locked directions form loops, else zero.
+        One if locked directions form loops, else zero; the same if friction follows their reactions. Factor of the
+        inertia in the matrix of the last step (1/s^2).
     dof : (n_bodies,) int array, see `BodyPattern`
     stored : (5,) array, J and W
         Energies of elements in panels and in creases, power that elements put into the system, power that their
