@@ -35,6 +35,7 @@ def test_a_damped_stop(tmp_path: Path) -> None:
     within = (later > 0.0) & (omega * later < 2.0)
     assert of(result, "joint.slide.displacement")[within] - 0.1 == pytest.approx(beyond[within], abs=1e-5)
     assert error < 2e-7
+    assert of(result, "energy.numerical")[-1] == pytest.approx(0.0, abs=1e-8)  # nothing is lost at the event itself
 
 
 def test_a_spool_that_stops_and_a_cord_that_becomes_taut(tmp_path: Path) -> None:

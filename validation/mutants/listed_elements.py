@@ -462,7 +462,14 @@ JOINTS = (
         "fsm/model/elements/joint_laws.py",
         "return float(0.5 * law[LATCH] *",
         "return float(0.0 * law[LATCH] *",
-        physics_test("joint_events_at_rest", "test_a_driven_latch_opens_on_a_slow_path_and_loses_its_energy"),
+        physics_test("joint_laws", "test_an_elastic_latch_that_opens_loses_its_energy"),
+    ),
+    Mutant(
+        "mean forces keep the energy of latches that open",
+        "fsm/solve/stepping/mean_force.py",
+        "found, part > 1.0)",
+        "found, part > 3.0)",
+        physics_test("joint_laws", "test_an_elastic_latch_that_opens_loses_its_energy"),
     ),
     Mutant(
         "slow steps that pass events",

@@ -132,14 +132,14 @@ def _keep(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> fl
 
 @kernel
 def _stored(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    """Add the energy, which counts as energy of panels and joints; without that of latches that open here,
-    except in motions whose steps end there.
+    """Add the energy, which counts as energy of panels and joints; at the end of a step without that of latches that open
+    there.
     """
     gradient, hessian, total, poses = np.empty(12), np.empty((0, 12)), 0.0, floats_2d(table, POSES)
     for i in range(bodies_of(own).shape[0]):
         c = _coordinate(poses, own, i, gradient, hessian)
         total += law.law_at(own, i, t, c, 0.0, 0.0)[3]
-        if _holds(own) == 0.0:
+        if per_second > 0.0:
             total -= law.released(own, i, c, _rate(floats_2d(table, RATES), own, i, gradient))
     floats_1d(table, STORED)[0] += total
     return 0.0

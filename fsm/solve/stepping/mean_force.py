@@ -123,7 +123,8 @@ def _fixed_step(model: Any, motion: MeanMotion, rules: MeanRules, target: float)
         counts[newton.DIVISION], sizes[newton.COST] = 2 * counts[newton.DIVISION], BETWEEN
         if counts[newton.DIVISION] > _FINEST:
             return NO_SOLUTION
-    newton.accept_step(model, motion, h, x, end, found)
+    part = calls.part_of_step(model, end, calls.retract(model, motion.q, x), end_velocity(x, h, motion.u), h)
+    newton.accept_step(model, motion, h, x, end, found, part != 1.0)
     if not calls.lock(model, 0.0):  # the tangent of locked directions is new in each iteration, also in shorter steps
         divide(motion, _spent(motion) - spent)
     return STEPPED
@@ -202,7 +203,7 @@ def _controlled_step(model: Any, motion: MeanMotion, rules: MeanRules, target: f
             if not done:
                 return NO_SOLUTION
             return OBJECTED if part < 1.0 else STEP_TOO_SMALL
-    newton.accept_step(model, motion, h, x, end, found)
+    newton.accept_step(model, motion, h, x, end, found, part > 1.0)
     return STEPPED
 
 

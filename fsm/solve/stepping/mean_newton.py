@@ -262,8 +262,10 @@ def step_energies(model: Any, motion: MeanMotion, h: float, x: np.ndarray, end: 
 
 
 @shared
-def accept_step(model: Any, motion: MeanMotion, h: float, x: np.ndarray, end: float, found: StepEnergies) -> None:
-    """Go to the end of a step."""
+def accept_step(
+    model: Any, motion: MeanMotion, h: float, x: np.ndarray, end: float, found: StepEnergies, at_event: bool
+) -> None:
+    """Go to the end of a step; the energy of a latch that opens `at_event` is dissipated."""
     sizes, counts = motion.sizes, motion.counts
     sizes[WORK], sizes[DISSIPATED] = found.work, found.dissipated
     copy_into(found.of_pairs, motion.of_pairs)
@@ -287,3 +289,7 @@ def accept_step(model: Any, motion: MeanMotion, h: float, x: np.ndarray, end: fl
     sizes[TIME] = end
     counts[STEPS] += 1
     sizes[LONGEST] = calls.accept(model, end, motion.q, motion.u)
+    if at_event:
+        record = np.zeros(calls.DRIVES + 2 * motion.drive_force.shape[0] + motion.of_pairs.shape[1])
+        sizes[STORED] = calls.stored(model, end, motion.q, motion.u, record)[1]
+        sizes[DISSIPATED] += found.stored - sizes[STORED]
