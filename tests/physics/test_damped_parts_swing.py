@@ -1,4 +1,5 @@
-"""Damped flexible parts that swing: the mean-force method at the default tolerance against generalized-alpha at a tight one."""
+"""Damped flexible parts that swing: the mean-force method at the default tolerance against generalized-alpha at a tight one.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +10,11 @@ import numpy as np
 import pytest
 
 import fsm
+from fsm.model.compile.compile_case import compile_case
+from fsm.model.plan.in_python import InPython
+from fsm.solve.outcome.run_io import SavedState
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 from tests.physics.test_flexible_joints import beam, case, film, hinge
 from tests.physics.test_frames_on_sheets import END, moving, tip
 
@@ -57,3 +63,15 @@ def test_a_damped_part_swings_as_with_tight_tolerance(part: str, tmp_path: Path)
     lost, wanted = (float(result.solution.energy["dissipated"][-1]) for result in found)
     assert lost == pytest.approx(wanted, abs=1e-3 * energy)
     assert one.summary["energy_error"] < 1e-6
+
+
+@pytest.mark.parametrize("part", ["sheet", "film"])
+def test_steps_in_python_are_the_compiled_ones(part: str) -> None:
+    ends = []
+    for reasons in ((), ("a test",)):
+        _, system = compile_case(fsm.load(parts()[part]).model)
+        system.in_python = InPython(reasons)
+        saved = list[SavedState]()
+        simulate(system, Settings("mean-force", 1e-6, 0.002, step=2e-4), [0.002], saved.append)
+        ends.append(np.concatenate([saved[-1].q, saved[-1].u]))
+    assert ends[1] == pytest.approx(ends[0], abs=1e-9)

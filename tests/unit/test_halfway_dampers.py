@@ -21,6 +21,7 @@ from fsm.model.nodes.mesh import Mesh, node_pattern
 from fsm.model.nodes.system.build import MeshBuilder
 from fsm.model.nodes.system.system import AncfSystem
 from fsm.solve.time.mean_force import MeanForce
+from tests.physics.test_flexible_joints import film as film_of
 from tests.physics.test_frames_on_sheets import zigzag
 from tests.unit.test_ancf_elements import FILM, STEEL, builder
 
@@ -122,6 +123,21 @@ def test_a_rigid_rotation_loses_no_energy(kind: str) -> None:
         assert np.abs(dampers).max() < 1e-11 * wrong
         assert 0.0 <= lost < 1e-12 * 0.5 * float(x @ system.momentum(q, x)) / h**2
         assert not system.halfway(0.0, 0.0, q, x)
+
+
+@pytest.mark.parametrize(
+    ("first", "damping"), [("left", ["rotation_damping"]), ("right", ["translation_damping", "rotation_damping"])]
+)
+def test_dampers_of_hinges_lose_no_energy_in_a_rotation(first: str, damping: list[str]) -> None:
+    """Dampers against turns between any two frames of a film, and all dampers between frames at one place."""
+    frames = [{"name": "one", "on": "film", "edge": first}, {"name": "two", "on": "film", "at": [0.5, 0.0]}]
+    element = {"name": "damper", "inner": "one", "outer": "two"} | {name: [1.0, 1.0, 1.0] for name in damping}
+    scene = {"films": [film_of(mesh=[4, 1])], "frames": frames, "elements": [element]}
+    system: Any = compile_case(fsm.load({"units": "SI", "scene": scene, "solve": {"end_time": 1.0}}).model)[1]
+    q, _ = system.initial()
+    x = rotated(system.elements, q, 8)
+    lost = sum(0.5e-3 * system.energy(0.0, q + part * x, 1e3 * x).dissipated_power for part in _GAUSS)
+    assert 0.0 <= lost < 1e-20 * 0.5e6 * float(x @ system.momentum(q, x))
 
 
 @pytest.mark.parametrize("kind", KINDS)
