@@ -333,6 +333,20 @@ JOINED = (
         unit_test("mean_force", "test_a_free_body_keeps_its_energy"),
     ),
     Mutant(
+        "dampers of flexible parts at the start of a step of the mean-force method",
+        "fsm/model/nodes/system/array_forces.py",
+        "middle[i] += 0.5 * (here[i] - middle[i])",
+        "middle[i] += 0.0 * (here[i] - middle[i])",
+        physics_test("damped_parts_swing", "test_a_damped_part_swings_as_with_tight_tolerance"),
+    ),
+    Mutant(
+        "tangent of dampers half-way in a step left out",
+        "fsm/model/nodes/group.py",
+        "self._run(function, at.DAMPERS, *self.halfway, *rest)",
+        "(0.0 if column == at.TANGENT_AT else self._run(function, at.DAMPERS, *self.halfway, *rest))",
+        unit_test("halfway_dampers", "test_the_tangent_of_a_step_is_the_derivative_of_its_mean_force"),
+    ),
+    Mutant(
         "multipliers of the mean-force method along gradients at two points",
         "fsm/model/elements/joints.py",
         "found[k] += more[i, k]",

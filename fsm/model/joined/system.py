@@ -135,6 +135,10 @@ class JoinedSystem(JoinedConfiguration):
 
         return bool(measure_step(self._locked_model.model, float(t), float(h), q, x))
 
+    def halfway(self, t: float, h: float, q: np.ndarray, x: np.ndarray) -> bool:
+        """See `System`."""
+        return self.elements.halfway(t, h, q[self._nq :], x[self._nu :])
+
     def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, inside: bool = False) -> bool:
         """See `System`."""
         if not self.locking:

@@ -48,10 +48,10 @@ class Arrays(NamedTuple):
     stiffness, damping, matrix, mass, full_mass : block data
         `mass` has the rows of held coordinates replaced, `full_mass` has not.
     factors, mass_factors : block data of the pattern with fill-in
-    numbers : (5,) array
+    numbers : (6,) array
         Stiffness of the oscillators of held coordinates; damping by mass, 1/s; 1 if forces depend on rates, else 0; present
-        time, s. In a quasi-static step the last one is its duration (s): folds and bars then have the mean rate since the
-        state `last`. Else it is zero.
+        time, s. In a quasi-static step the fifth one is its duration (s): folds and bars then have the mean rate since the
+        state `last`. Else it is zero. The last one is 1 while the dampers of elements act at the state `halfway`.
     forcings : (n_loads, n) array
         Forces at the factor 1.
     sizes : (n_motions,) array
@@ -62,6 +62,10 @@ class Arrays(NamedTuple):
         Positions, in the flat block data, of the rows and columns of held coordinates, and of their diagonal entries.
     last, last_time : coordinates and (1,) time at the end of the last step
     kept_stiffness, kept_damping : block data, see `fsm.solve.stepping.model.keep_tangent`
+    halfway, halfway_rates : coordinates half-way in a step of the mean-force method, and their rates
+    dampers : forces of the dampers of elements there
+    damped : (n_groups,) int array
+        1 for groups whose forces depend on rates.
     rows, full_rows : `mass` and `full_mass`, stored by rows
     forcing_programs, moved, pattern : arrays of each
     """
@@ -89,6 +93,10 @@ class Arrays(NamedTuple):
     last_time: np.ndarray
     kept_stiffness: np.ndarray
     kept_damping: np.ndarray
+    halfway: np.ndarray
+    halfway_rates: np.ndarray
+    dampers: np.ndarray
+    damped: np.ndarray
     rows: Rows
     full_rows: Rows
     forcing_programs: Pieces
@@ -124,9 +132,12 @@ class Coordinates(NamedTuple):
     equations: EquationKernels
 
 
+UNDAMPED, AT_REST, IN_MOTION, DAMPERS = -1.0, 0.0, 1.0, 2.0
+"""Numbers of the kernels of elements; they have dampers if the number is positive, and all but dampers if it is below 2."""
 FORCE_AT, TANGENT_AT, STORED_AT, LOST_AT, PUT_IN_AT, SLID_AT, ADVANCE_AT = range(7)
-"""Columns of `Coordinates.kernels`. All kernels have the arguments table, table of the group, and a number: 1 in
-motion, 0 at rest.
+"""Columns of `Coordinates.kernels`. All kernels have the arguments table, table of the group, and a number: `IN_MOTION` or
+`AT_REST`. Groups whose forces depend on rates also take `UNDAMPED`, in motion without dampers, and `DAMPERS`, forces and
+tangents of dampers alone.
 
 The first column adds forces. The second adds forces and tangents. The third returns the stored energy (J), the fourth
 the dissipated power of dampers (W). The fifth returns the power that elements put into the system (W), the sixth the power
@@ -137,14 +148,14 @@ then an increment.
 (
     Q, U, FORCE, START, FIXED, WEIGHT, STIFFNESS, DAMPING, MATRIX, MASS, FULL_MASS, FACTORS, MASS_FACTORS, NUMBERS,
     FORCINGS, SIZES, KINDS, CLEARED, DIAGONAL, LAST, LAST_TIME, KEPT_STIFFNESS, KEPT_DAMPING,
-    _MASS_ROWS,
-) = range(24)  # fmt: skip
+    HALFWAY, HALFWAY_RATES, DAMPER_FORCE, DAMPED_GROUPS, _MASS_ROWS,
+) = range(28)  # fmt: skip
 """Rows of `Coordinates.table`."""
 _FULL_ROWS = _MASS_ROWS + len(Rows._fields)
 _PROGRAMS = _FULL_ROWS + len(Rows._fields)
 _MOVED = _PROGRAMS + len(Pieces._fields)
 _PATTERN = _MOVED + 3 + len(Pieces._fields)
-HELD_STIFFNESS, DAMPED, RATE_DEPENDENT, NOW, MEAN_OVER = range(5)
+HELD_STIFFNESS, DAMPED, RATE_DEPENDENT, NOW, MEAN_OVER, APART = range(6)
 """Indices of `Arrays.numbers`."""
 KINDS_OF_ENERGY = ("panels", "creases", "bars", "hinges", "film", "patch", "cable", "beam", "gas")
 """Names of groups, in the order of the numbers in `Arrays.kinds`, from 1 on."""

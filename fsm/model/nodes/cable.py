@@ -26,7 +26,7 @@ import numpy as np
 
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
-from fsm.model.nodes.arrays import DAMPING, FORCE, STIFFNESS, Q, U
+from fsm.model.nodes.arrays import AT_REST, DAMPERS, DAMPING, FORCE, IN_MOTION, STIFFNESS, Q, U
 from fsm.model.nodes.assembly import gather, scatter_force
 from fsm.model.nodes.group import ElementGroup, MassPart
 from fsm.model.nodes.shape import cable_shape, gauss
@@ -185,8 +185,15 @@ def _engineering(own: np.ndarray) -> bool:
 
 
 @kernel
+def _viscosity(own: np.ndarray, moving: float, least: float) -> float:
+    """Kelvin-Voigt time (s) if the number of a kernel is `least` or above, else zero."""
+    return float(floats_1d(own, _VISCOSITY)[0]) if moving >= least else 0.0
+
+
+@kernel
 def _add_forces(table: np.ndarray, own: np.ndarray, moving: float) -> float:
-    cable, engineering, viscosity = _cables_of(own), _engineering(own), moving * floats_1d(own, _VISCOSITY)[0]
+    cable, engineering, viscosity = _cables_of(own), _engineering(own), _viscosity(own, moving, IN_MOTION)
+    share = 0.0 if moving == DAMPERS else 1.0
     q, u, force = floats_1d(table, Q), floats_1d(table, U), floats_1d(table, FORCE)
     e, rates, element = np.empty((3, 4)), np.empty((3, 4)), np.empty((3, 4))
     g, v = np.empty(6), np.empty(3)
@@ -203,14 +210,14 @@ def _add_forces(table: np.ndarray, own: np.ndarray, moving: float) -> float:
             _derivatives(e, rows, length, g)
             strain, slope, _ = _stretch(g, engineering)
             elastic, _ = _force(axial, strain, remainder)
-            tension = (elastic + remainder * cable.release[k, point]) * slope
+            tension = share * (elastic + remainder * cable.release[k, point]) * slope
             if viscosity > 0.0:
                 _derivatives(rates, rows, length, v)
                 tension += viscosity * axial * (g[0] * v[0] + g[1] * v[1] + g[2] * v[2])
             for a in range(3):
                 for i in range(4):
                     element[a, i] += cable.stretch_weights[point] * tension * g[a] * rows[0, i]
-        for point in range(cable.bend_weights.shape[0]):
+        for point in range(cable.bend_weights.shape[0] if share > 0.0 else 0):
             rows = cable.bend_rows[point]
             _derivatives(e, rows, length, g)
             aa, bb, ab = _products(g)
@@ -229,10 +236,10 @@ def _add_forces(table: np.ndarray, own: np.ndarray, moving: float) -> float:
 @kernel
 def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
     _add_forces(table, own, moving)
-    cable, engineering, viscosity = _cables_of(own), _engineering(own), floats_1d(own, _VISCOSITY)[0]
-    q, u = floats_1d(table, Q), floats_1d(table, U)
+    cable, engineering, viscosity = _cables_of(own), _engineering(own), _viscosity(own, moving, AT_REST)
+    q, u, share = floats_1d(table, Q), floats_1d(table, U), 0.0 if moving == DAMPERS else 1.0
     stiffness, damping = floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
-    (count, width), size, moving = cable.vectors.shape, stiffness.shape[1], moving * viscosity
+    (count, width), size, moving = cable.vectors.shape, stiffness.shape[1], _viscosity(own, moving, IN_MOTION)
     slots = integers_2d(own, _SLOTS).reshape(count, width, width)
     into_stiffness, into_damping = stiffness.reshape(-1), damping.reshape(-1)
     e, rates = np.empty((3, 4)), np.empty((3, 4))
@@ -256,7 +263,7 @@ def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
             strain, slope, bow = _stretch(g, engineering)
             rate = g[0] * v[0] + g[1] * v[1] + g[2] * v[2]
             elastic, along = _force(axial, strain, remainder)
-            elastic += remainder * cable.release[k, point]
+            elastic, along = share * (elastic + remainder * cable.release[k, point]), share * along
             factor = cable.stretch_weights[point] / length
             stiff = factor * (along * slope * slope + elastic * bow)
             same = factor * (elastic * slope + axial * moving * rate)
@@ -273,7 +280,7 @@ def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
                         other += 1
         for point in range(cable.bend_weights.shape[0]):
             _derivatives(e, cable.bend_rows[point], length, g)
-            _bend_hessian(g, cable.bend_weights[point] * length * bending, length, bend)
+            _bend_hessian(g, share * cable.bend_weights[point] * length * bending, length, bend)
             first, row = points + 4 * point, pairs * k
             for a in range(3):
                 for b in range(a if symmetric else 0, 3):
@@ -314,7 +321,7 @@ def _stored(table: np.ndarray, own: np.ndarray, moving: float) -> float:
 
 @kernel
 def _lost(table: np.ndarray, own: np.ndarray, moving: float) -> float:
-    cable, viscosity = _cables_of(own), moving * floats_1d(own, _VISCOSITY)[0]
+    cable, viscosity = _cables_of(own), _viscosity(own, moving, IN_MOTION)
     q, u = floats_1d(table, Q), floats_1d(table, U)
     if viscosity == 0.0:
         return 0.0

@@ -71,6 +71,7 @@ class _Alone:
         self.table = np.zeros((at.LAST + 1, ROW), dtype=np.int64)
         self.table[at.NUMBERS] = address_table([self.numbers])[0]
         self.before: PreviousState | None = None
+        self.halfway: tuple[np.ndarray, np.ndarray] | None = None
         self._slots: np.ndarray | None = None
         self._use(np.zeros((0, *group.vectors.shape[1:] * 2), dtype=np.int64))
         self._addresses = dict[Any, int]()
@@ -89,7 +90,12 @@ class _Alone:
             self._use(slots)
         moving, rates, last = (0.0, q, q) if u is None else (1.0, u, q if self.before is None else self.before[1])
         moving = moving if column < at.PUT_IN_AT else 0.0
-        return self._run(self.group.kernels[column], moving, q, rates, force, stiffness, damping, last)
+        function, rest = self.group.kernels[column], (force, stiffness, damping, last)
+        if self.halfway is None or moving == at.AT_REST or column == at.STORED_AT:
+            return self._run(function, moving, q, rates, *rest)
+        if column == at.LOST_AT:
+            return self._run(function, moving, *self.halfway, *rest)
+        return self._run(function, at.UNDAMPED, q, rates, *rest) + self._run(function, at.DAMPERS, *self.halfway, *rest)
 
     def accept(self, t: float, q: np.ndarray) -> None:
         """Call the kernel that accepts a state."""
@@ -151,6 +157,12 @@ class ElementGroup:
         alone = self._alone
         alone.before = before if before is not None and before[0] != t else None
         alone.numbers[at.NOW], alone.numbers[at.MEAN_OVER] = t, 0.0 if alone.before is None else t - alone.before[0]
+
+    def act_halfway(self, state: tuple[np.ndarray, np.ndarray] | None) -> None:
+        """Let the dampers act at these coordinates and rates, or with None at those of each call; see
+        `fsm.solve.stepping.model.halfway`.
+        """
+        self._alone.halfway = state
 
     def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
         """Add the generalised forces -dU/dq - dR/du to `force` (n,); without u the rates are zero."""

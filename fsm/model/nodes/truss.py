@@ -22,7 +22,7 @@ import numpy as np
 
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_2d
 from fsm.kernels.jit import kernel
-from fsm.model.nodes.arrays import DAMPING, FORCE, LAST, MEAN_OVER, NUMBERS, STIFFNESS, Q, U
+from fsm.model.nodes.arrays import DAMPERS, DAMPING, FORCE, IN_MOTION, LAST, MEAN_OVER, NUMBERS, STIFFNESS, Q, U
 from fsm.model.nodes.group import ElementGroup
 
 _LAWS = ("linear", "green", "ogden")
@@ -131,7 +131,7 @@ def _bars_of(t: np.ndarray) -> BarArrays:
 @kernel
 def _rates(table: np.ndarray, bars: BarArrays, moving: float) -> np.ndarray:
     """Rates of the stretches; they are zero at rest, and means over a quasi-static step."""
-    if moving == 0.0:
+    if moving < IN_MOTION:
         return np.zeros(bars.vectors.shape[0])
     mean_over = floats_1d(table, NUMBERS)[MEAN_OVER]
     if mean_over > 0.0:
@@ -142,11 +142,11 @@ def _rates(table: np.ndarray, bars: BarArrays, moving: float) -> np.ndarray:
 @kernel
 def _add_forces(table: np.ndarray, own: np.ndarray, moving: float) -> float:
     bars, q, force = _bars_of(own), floats_1d(table, Q), floats_1d(table, FORCE)
-    rates, along = _rates(table, bars, moving), np.empty(3)
+    rates, along, elastic = _rates(table, bars, moving), np.empty(3), 0.0 if moving == DAMPERS else 1.0
     for k in range(bars.vectors.shape[0]):
         first, last = bars.vectors[k, 0], bars.vectors[k, 1]
         stretch = _length(bars.vectors[k], q, along) / bars.sizes[k, 0]
-        axial = bars.sizes[k, 1] * (_energies(bars.law, stretch)[1] + bars.law[_VISCOSITY] * rates[k])
+        axial = bars.sizes[k, 1] * (elastic * _energies(bars.law, stretch)[1] + bars.law[_VISCOSITY] * rates[k])
         for a in range(3):
             force[first + a] += axial * along[a]
             force[last + a] -= axial * along[a]
@@ -158,7 +158,8 @@ def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
     _add_forces(table, own, moving)
     bars, stiffness, damping = _bars_of(own), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
     q, u, rates, size = floats_1d(table, Q), floats_1d(table, U), _rates(table, bars, moving), stiffness.shape[1]
-    turning = moving == 1.0 and floats_1d(table, NUMBERS)[MEAN_OVER] == 0.0  # else the rates do not depend on q by u
+    damped, elastic = moving >= IN_MOTION, 0.0 if moving == DAMPERS else 1.0
+    turning = damped and floats_1d(table, NUMBERS)[MEAN_OVER] == 0.0  # else the rates do not depend on q by u
     slots = integers_2d(own, _SLOTS).reshape(bars.vectors.shape[0], 2, 2)
     into_stiffness, into_damping = stiffness.reshape(-1), damping.reshape(-1)
     along, across = np.empty(3), np.zeros(3)
@@ -167,8 +168,8 @@ def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
         length, stiff = bars.sizes[k, 0], bars.sizes[k, 1]
         stretch = _length(bars.vectors[k], q, along) / length
         _, first, second = _energies(bars.law, stretch)
-        axial = stiff * second / length
-        aside = stiff * (first + viscosity * rates[k]) / (stretch * length)
+        axial = elastic * stiff * second / length
+        aside = stiff * (elastic * first + viscosity * rates[k]) / (stretch * length)
         damper = viscosity * stiff / length
         if turning:
             for a in range(3):
@@ -183,7 +184,7 @@ def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
                     for j in range(2):
                         sign = 1.0 if i == j else -1.0
                         into_stiffness[slots[k, i, j] + a * size + b] += sign * value
-                        if damper != 0.0 and moving == 1.0:
+                        if damper != 0.0 and damped:
                             into_damping[slots[k, i, j] + a * size + b] += sign * damper * dyad
     return 0.0
 

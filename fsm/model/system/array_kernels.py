@@ -28,7 +28,7 @@ from fsm.model.bodies.arrays import MATRIX as BODY_MATRIX
 from fsm.model.bodies.arrays import TURNED as BODIES_TURNED
 from fsm.model.bodies.contact_arrays import lack_pairs, touching
 from fsm.model.nodes.arrays import MASS, Coordinates, mass_of
-from fsm.model.nodes.system.array_forces import rows_times, set_matrix
+from fsm.model.nodes.system.array_forces import rows_times, set_halfway, set_matrix
 from fsm.model.nodes.system.array_kernels import energies as energies_of_nodes
 from fsm.model.nodes.system.array_kernels import present_powers as powers_of_nodes
 from fsm.model.system.array_forces import accept_nodes_and_frames, force, free_bodies, place, renewed_force, retract
@@ -251,10 +251,25 @@ def _powers_of(nodes: Coordinates | None, t: float, drive_force: np.ndarray) -> 
     return powers_of_nodes(nodes, t, drive_force)
 
 
+@kernel
+def _halfway(model: Joined, t: float, h: float, q: np.ndarray, x: np.ndarray) -> bool:
+    return _halfway_of_nodes(model.nodes, model, t, h, q, x)
+
+
+@kernel
+def _halfway_of_nodes(
+    nodes: Coordinates | None, model: Joined, t: float, h: float, q: np.ndarray, x: np.ndarray
+) -> bool:
+    if nodes is None:
+        return False
+    first, own = sizes(model)
+    return bool(set_halfway(nodes, t, h, q[first:], x[own:]))
+
+
 KERNELS = Calls(
     force, renewed_force, _factorise, _factorise_mass, _solve, _mapped, retract, _mass_times, _stiffness_times,
     _damping_times, _touching, _part_of_step, _longest_step, _accept, _unable, _energies,
-    _keep_tangent, _powers, lock, advance, measure_step, consistent, *NOT_MINIMAL,
+    _keep_tangent, _powers, lock, advance, measure_step, _halfway, consistent, *NOT_MINIMAL,
 )  # fmt: skip
 """Kernels of `Joined` that time steps call."""
 WITH_TREE = KERNELS._replace(**dict(zip(Calls._fields[-len(MINIMAL) :], MINIMAL, strict=True)))

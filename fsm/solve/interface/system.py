@@ -307,6 +307,10 @@ class System(Protocol):
         """Begin an iteration of the mean-force method; see `fsm.solve.stepping.model`. False without locked directions."""
         return False
 
+    def halfway(self, t: float, h: float, q: np.ndarray, x: np.ndarray) -> bool:
+        """Let dampers of flexible elements act half-way in a step; see `fsm.solve.stepping.model`. False without any."""
+        return False
+
     def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, inside: bool = False) -> bool:
         """Make a state consistent with locked directions; see `fsm.solve.stepping.model`."""
         return False

@@ -143,14 +143,17 @@ def _residual(model: Any, motion: MeanMotion, h: float, x: np.ndarray) -> np.nda
     motion.counts[FORCES] += 2
     rate, q = scaled(1.0 / h, x), motion.q
     calls.measure_step(model, motion.sizes[TIME], h, q, x)
+    calls.halfway(model, motion.sizes[TIME], h, q, x)
     early = calls.force(model, _at(motion, h, _EARLY), calls.retract(model, q, scaled(_EARLY, x)), rate)
     late = calls.force(model, _at(motion, h, _LATE), calls.retract(model, q, scaled(_LATE, x)), rate)
+    calls.halfway(model, motion.sizes[TIME], 0.0, q, x)
     return mean_balance(early, late, calls.mass_times(model, changed_rate(x, h, motion.u)))
 
 
 @shared
 def _factorise(model: Any, motion: MeanMotion, h: float, x: np.ndarray) -> bool:
     rate, q = scaled(1.0 / h, x), motion.q
+    calls.halfway(model, motion.sizes[TIME], h, q, x)
     while True:  # contacts that are found at one of the points may add blocks to the pattern
         motion.counts[LINEARISATIONS] += 1
         calls.renewed_force(model, _at(motion, h, _EARLY), calls.retract(model, q, scaled(_EARLY, x)), rate)
@@ -158,6 +161,7 @@ def _factorise(model: Any, motion: MeanMotion, h: float, x: np.ndarray) -> bool:
         calls.renewed_force(model, _at(motion, h, _LATE), calls.retract(model, q, scaled(_LATE, x)), rate)
         if calls.keep_tangent(model, 0.5 * _LATE, 0.5, False):
             break
+    calls.halfway(model, motion.sizes[TIME], 0.0, q, x)
     motion.counts[FACTORISATIONS] += 1
     motion.sizes[FACTORED] = h
     # increments at the point s are s times the increments of x, except for the rotation of the axes
@@ -246,10 +250,12 @@ def step_energies(model: Any, motion: MeanMotion, h: float, x: np.ndarray, end: 
     """Energies of a step: at its end, and work and dissipation over it."""
     drives, pairs = motion.drive_force.shape[0], motion.of_pairs.shape[1]
     rate, q, of_pairs, drive_force = scaled(1.0 / h, x), motion.q, np.zeros((2, pairs)), np.zeros(drives)
+    calls.halfway(model, motion.sizes[TIME], h, q, x)
     early = calls.powers(
         model, _at(motion, h, _EARLY), calls.retract(model, q, scaled(_EARLY, x)), rate, of_pairs, drive_force
     )
     late = calls.powers(model, _at(motion, h, _LATE), calls.retract(model, q, scaled(_LATE, x)), rate, of_pairs, drive_force)
+    calls.halfway(model, motion.sizes[TIME], 0.0, q, x)
     record = np.zeros(calls.DRIVES + 2 * drives + pairs)
     kinetic, total = calls.stored(model, end, calls.retract(model, q, x), end_velocity(x, h, motion.u), record)
     for k in range(drives):

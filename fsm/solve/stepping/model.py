@@ -47,6 +47,7 @@ class Calls(NamedTuple):
     lock: Any
     advance: Any
     measure_step: Any
+    halfway: Any
     consistent: Any
     to_minimal: Any
     minimal_rates: Any
@@ -66,7 +67,7 @@ class ArrayModel(NamedTuple):
         t, state = 0.0, (0.0, q, u)
         arguments = Calls(
             state, state, (t, t, u, True), (), (u,), (u,), (q, u), (u,), (u,), (u,), (), (*state, t), state, state, (),
-            (*state, t, u), (t, t, True), (*state, np.zeros((2, 0)), u), (t,), (u,), (t, *state),
+            (*state, t, u), (t, t, True), (*state, np.zeros((2, 0)), u), (t,), (u,), (t, *state), (t, *state),
             (*state, u, True),
             (*state, q, u), (*state, q, u, np.zeros((2, 0)), u, True), (q, u, q, u), (q, q, u, u, u),
         )  # fmt: skip
@@ -212,6 +213,16 @@ def measure_step(model: Any, t: float, h: float, q: np.ndarray, x: np.ndarray) -
     return bool(model.measure_step(t, h, q, x))
 
 
+def halfway(model: Any, t: float, h: float, q: np.ndarray, x: np.ndarray) -> bool:
+    """Let the dampers of flexible elements act half-way in the step h (s) from t and q with the increment x (nu,), until a
+    call with h = 0: in forces, tangents and powers of all states. False without such dampers.
+
+    A rigid rotation by W = (R - 1)(R + 1)^-1 has the increment 2 W q_m of the mean q_m of both ends, which changes no
+    strain at q_m. For strains that are quadratic in q, the rate there is the change over the step divided by h.
+    """
+    return bool(model.halfway(t, h, q, x))
+
+
 def consistent(model: Any, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, inside: bool) -> bool:
     """Make a state consistent with locked directions; false, without changes, if there are none.
 
@@ -324,8 +335,8 @@ def never_from_minimal_changes(
 
 NOT_MINIMAL = never_to_minimal, never_minimal_rates, never_from_minimal, never_from_minimal_changes
 """Last kernels of `Calls` for models without minimal coordinates."""
-UNLOCKED = never_locks, never_advances, never_measures, always_consistent
-"""Kernels of `Calls` before the last ones, for models without locked directions."""
+UNLOCKED = never_locks, never_advances, never_measures
+"""Kernels `lock` to `measure_step` of `Calls` for models without locked directions."""
 
 
 def _called(name: str) -> Any:

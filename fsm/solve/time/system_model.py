@@ -26,7 +26,7 @@ class SystemModel:
         self.reason = ""
         self.force, self.retract, self.touching = system.force, system.retract, system.touching
         self.longest_step, self.lock, self.advance = system.longest_step, system.lock, system.advance
-        self.measure_step, self.consistent = system.measure_step, system.consistent
+        self.measure_step, self.halfway, self.consistent = system.measure_step, system.halfway, system.consistent
         self._mass = system.mass(q)
         self._pattern: BlockPattern | None = None
         self._inertia = np.zeros((0, 0, 0))

@@ -12,7 +12,7 @@ import numpy as np
 from fsm.kernels.addresses import floats_1d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
 from fsm.kernels.pointers import address_of, call_at
-from fsm.model.nodes.arrays import DAMPING, FORCE, STIFFNESS, Q, U
+from fsm.model.nodes.arrays import AT_REST, DAMPERS, DAMPING, FORCE, IN_MOTION, STIFFNESS, Q, U
 from fsm.model.nodes.beams.bar_stress import bar_stresses
 from fsm.model.nodes.beams.beam_bernoulli import bernoulli_hessians, bernoulli_strains
 from fsm.model.nodes.beams.beam_green import green_hessians, green_strains
@@ -150,13 +150,15 @@ def _strain(own: np.ndarray, q: np.ndarray) -> None:
 
 @kernel
 def _rates(table: np.ndarray, b: BeamArrays, moving: float) -> np.ndarray:
-    if moving == 0.0:
+    if moving < IN_MOTION:
         return np.zeros((b.vectors.shape[0], b.vectors.shape[1], 2))
     return gathered(b.vectors, b.frames, floats_1d(table, U))
 
 
 @kernel
-def _add_force(table: np.ndarray, b: BeamArrays, rates: np.ndarray) -> None:
+def _add_force(table: np.ndarray, b: BeamArrays, rates: np.ndarray, moving: float) -> None:
+    if moving == DAMPERS:
+        b.strain[:] = 0.0
     element = strain_force(b.strain, b.gradient, rates, b.rows, b.stiffness, b.beta)
     scatter_forces(b.vectors, b.frames, element, floats_1d(table, FORCE))
 
@@ -165,7 +167,7 @@ def _add_force(table: np.ndarray, b: BeamArrays, rates: np.ndarray) -> None:
 def _force(table: np.ndarray, own: np.ndarray, moving: float) -> float:
     _strain(own, floats_1d(table, Q))
     b = _beams_of(own)
-    _add_force(table, b, _rates(table, b, moving))
+    _add_force(table, b, _rates(table, b, moving), moving)
     return 0.0
 
 
@@ -175,14 +177,17 @@ def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
     call_at(integers_1d(own, _BY_ADDRESS)[0], own, own, 1.0)
     b, stiffness, damping = _beams_of(own), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
     rates = _rates(table, b, moving)
-    _add_force(table, b, rates)
-    by_coordinates, by_rates = strain_tangent(b.strain, b.gradient, b.hessian, rates, b.rows, b.stiffness, b.beta)
+    _add_force(table, b, rates, moving)
+    elastic = 0.0 if moving == DAMPERS else 1.0
+    by_coordinates, by_rates = strain_tangent(
+        b.strain, b.gradient, b.hessian, rates, b.rows, b.stiffness, b.beta, elastic
+    )
     (count, width), size = b.vectors.shape, stiffness.shape[1]
     slots = integers_2d(own, _SLOTS).reshape(count, width, width)
     scatter_matrices(slots, b.frames, size, by_coordinates, stiffness.reshape(-1))
     damped = False
     for i in range(count):
-        damped = damped or b.beta[i] > 0.0
+        damped = damped or (moving >= AT_REST and b.beta[i] > 0.0)
     if damped:
         scatter_matrices(slots, b.frames, size, by_rates, damping.reshape(-1))
     return 0.0

@@ -153,8 +153,12 @@ def strain_tangent(
     rows: np.ndarray,
     stiffness: np.ndarray,
     beta: np.ndarray,
+    elastic: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """K = -df/de and D = -df/de' of every element, (m, 2 v, 2 v); `hessian` (m, g, s, 2 p, 2 p), else as `strain_force`."""
+    """K = -df/de and D = -df/de' of every element, (m, 2 v, 2 v); `hessian` (m, g, s, 2 p, 2 p), else as `strain_force`.
+
+    `elastic` is 1, or 0 for K of dampers alone, at zero strains.
+    """
     width, order = gradient.shape[3], 2 * rows.shape[3]
     by_coordinates, by_rates = np.zeros((rows.shape[0], order, order)), np.zeros((rows.shape[0], order, order))
     speed, turned = np.zeros(width), np.zeros(width)
@@ -169,7 +173,7 @@ def strain_tangent(
                 stiff = stiffness[i, g, k]
                 effort = stiff * (strain[i, g, k] + beta[i] * _rate(slope, speed))
                 for j in range(width):
-                    turned[j] = slope[j] + beta[i] * _rate(bent[j], speed)
+                    turned[j] = elastic * slope[j] + beta[i] * _rate(bent[j], speed)
                 for j in range(width):
                     for n in range(width):
                         k_z[j, n] += stiff * slope[j] * turned[n] + effort * bent[j, n]

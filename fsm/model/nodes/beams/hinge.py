@@ -33,7 +33,7 @@ import numpy as np
 
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
-from fsm.model.nodes.arrays import DAMPING, FORCE, NOW, NUMBERS, STIFFNESS, Q, U
+from fsm.model.nodes.arrays import AT_REST, DAMPERS, DAMPING, FORCE, IN_MOTION, NOW, NUMBERS, STIFFNESS, Q, U
 from fsm.model.nodes.group import ElementGroup
 
 
@@ -97,6 +97,16 @@ def _moment(turn: float, rate: float, law: np.ndarray, latched: int) -> tuple[fl
     return moment, by_turn, by_rate
 
 
+@kernel(inline=True)
+def _acting(turn: float, rate: float, law: np.ndarray, latched: int, moving: float) -> tuple[float, float, float]:
+    """As `_moment`; in the case of `DAMPERS` without the moment of the same turn at rest."""
+    moment, by_turn, by_rate = _moment(turn, rate, law, latched)
+    if moving == DAMPERS:
+        at_rest, slope, _ = _moment(turn, 0.0, law, latched)
+        return moment - at_rest, by_turn - slope, by_rate
+    return moment, by_turn, by_rate if moving >= AT_REST else 0.0
+
+
 @kernel
 def _turns(vectors: np.ndarray, initial: np.ndarray, sign: np.ndarray, q: np.ndarray) -> np.ndarray:
     turns = np.empty(vectors.shape[0])
@@ -146,7 +156,7 @@ def _hinges_of(table: np.ndarray, t: np.ndarray) -> HingeArrays:
 
 @kernel
 def _rates(table: np.ndarray, moving: float) -> np.ndarray:
-    return floats_1d(table, U) if moving == 1.0 else np.zeros(floats_1d(table, U).shape[0])
+    return floats_1d(table, U) if moving >= IN_MOTION else np.zeros(floats_1d(table, U).shape[0])
 
 
 @kernel
@@ -155,7 +165,7 @@ def _force(table: np.ndarray, own: np.ndarray, moving: float) -> float:
     gradient = np.empty(4)
     for k in range(hinges.vectors.shape[0]):
         turn, rate = _state(hinges, k, q, u, gradient)
-        moment, _, _ = _moment(turn, rate, hinges.law[k], hinges.latched[k])
+        moment, _, _ = _acting(turn, rate, hinges.law[k], hinges.latched[k], moving)
         for i in range(2):
             for a in range(2):
                 force[hinges.vectors[k, i] + a] -= moment * gradient[2 * i + a]
@@ -179,7 +189,7 @@ def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
         hessian[1, 0], hessian[1, 1] = hessian[0, 1], -hessian[0, 0]
         hessian[2, 2], hessian[2, 3] = 2.0 * qx * qy * q4, (qy * qy - qx * qx) * q4
         hessian[3, 2], hessian[3, 3] = hessian[2, 3], -hessian[2, 2]
-        moment, by_turn, by_rate = _moment(turn, rate, hinges.law[k], hinges.latched[k])
+        moment, by_turn, by_rate = _acting(turn, rate, hinges.law[k], hinges.latched[k], moving)
         for j in range(4):
             turned[j] = hessian[j, 0] * vx + hessian[j, 1] * vy + hessian[j, 2] * wx + hessian[j, 3] * wy
         for i in range(2):

@@ -6,7 +6,7 @@ import numpy as np
 
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_2d
 from fsm.kernels.jit import kernel
-from fsm.model.nodes.arrays import DAMPING, FORCE, LAST, MEAN_OVER, NUMBERS, STIFFNESS, Q, U, no_power
+from fsm.model.nodes.arrays import AT_REST, DAMPERS, DAMPING, FORCE, LAST, MEAN_OVER, NUMBERS, STIFFNESS, Q, U, no_power
 from fsm.model.nodes.facets import facet
 from fsm.model.nodes.facets.facet import FacetArrays
 from fsm.model.nodes.facets.facet_damping import add_facet_damping, facet_dissipation
@@ -62,7 +62,8 @@ def _dissipated(
 @kernel
 def _force(table: np.ndarray, own: np.ndarray, moving: float) -> float:
     force = floats_1d(table, FORCE)
-    facet.add_facet_force(_facets_of(own), floats_1d(table, Q), force)
+    if moving != DAMPERS:
+        facet.add_facet_force(_facets_of(own), floats_1d(table, Q), force)
     if moving * floats_1d(own, _VISCOSITY)[0] > 0.0:
         count = integers_2d(own, 0).shape[0]
         _dissipated(table, own, np.empty((count, 5, 3)), np.empty((count, 3, 3)), force)
@@ -71,20 +72,21 @@ def _force(table: np.ndarray, own: np.ndarray, moving: float) -> float:
 
 @kernel
 def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
-    _force(table, own, 0.0)
     facets, q, given, efforts = _facets_of(own), floats_1d(table, Q), floats_1d(own, GIVEN)[0], floats_3d(own, EFFORTS)
     stiffness, slots = floats_3d(table, STIFFNESS), integers_2d(own, _SLOTS)
     count, tau = slots.shape[0] // 9, floats_1d(own, _VISCOSITY)[0]
-    own_efforts = efforts if given > 0.0 else efforts[:0]
-    facet.add_facet_tangent(facets, q, own_efforts, slots.reshape(count, 9, 9), stiffness.shape[1], stiffness.reshape(-1))
+    own_efforts, flat = efforts if given > 0.0 else efforts[:0], stiffness.reshape(-1)
+    if moving != DAMPERS:
+        _force(table, own, AT_REST)
+        facet.add_facet_tangent(facets, q, own_efforts, slots.reshape(count, 9, 9), stiffness.shape[1], flat)
     if moving * tau > 0.0:
         bend, u, damping = floats_1d(own, _BEND).reshape(-1, 3, 5, 9), floats_1d(table, U), floats_3d(table, DAMPING)
         stretching, turning = np.empty((count, 5, 3)), np.empty((count, 3, 3))
         _dissipated(table, own, stretching, turning, floats_1d(table, FORCE))
         rates = u if floats_1d(table, NUMBERS)[MEAN_OVER] == 0.0 else scaled(0.0, u)
         add_facet_damping(
-            facets, bend, tau, q, rates, stretching, turning, slots.reshape(count, 9, 9), stiffness.shape[1],
-            stiffness.reshape(-1), damping.reshape(-1),
+            facets, bend, tau, q, rates, stretching, turning, slots.reshape(count, 9, 9), stiffness.shape[1], flat,
+            damping.reshape(-1),
         )  # fmt: skip
     return 0.0
 

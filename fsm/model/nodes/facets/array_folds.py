@@ -12,7 +12,7 @@ from fsm.kernels.pieces import pieces_at, program_at
 from fsm.kernels.programs import Pieces
 from fsm.laws.crease import CreaseLaws, crease_laws_of, openings_of
 from fsm.laws.crease_sliders import Sliders, accept_sliders, sliders_of
-from fsm.model.nodes.arrays import DAMPING, FORCE, LAST, MEAN_OVER, NOW, NUMBERS, STIFFNESS, Q, U
+from fsm.model.nodes.arrays import DAMPERS, DAMPING, FORCE, IN_MOTION, LAST, MEAN_OVER, NOW, NUMBERS, STIFFNESS, Q, U
 from fsm.model.nodes.facets import fold_kernels
 from fsm.model.nodes.facets.fold_kernels import FoldArrays, FoldCurves, FoldPath
 from fsm.solve.stepping.vectors import copy_into, scaled
@@ -54,7 +54,7 @@ def _states(table: np.ndarray, folds: FoldArrays) -> np.ndarray:
 @kernel
 def _rates(table: np.ndarray, folds: FoldArrays, states: np.ndarray, moving: float) -> np.ndarray:
     """Rates of all angles, rad/s: zero at rest, means over a quasi-static step, else those at the velocities."""
-    if moving == 0.0:
+    if moving < IN_MOTION:
         return np.zeros(states.shape[0])
     mean_over = floats_1d(table, NUMBERS)[MEAN_OVER]
     if mean_over == 0.0:
@@ -69,10 +69,14 @@ def _rates(table: np.ndarray, folds: FoldArrays, states: np.ndarray, moving: flo
 def _moments(table: np.ndarray, own: np.ndarray, states: np.ndarray, moving: float) -> tuple[np.ndarray, np.ndarray]:
     """Add the forces of all folds; returns their moments and slopes."""
     folds = _folds_of(own)
+    rates = _rates(table, folds, states, moving)
+    if moving == DAMPERS:
+        moment = folds.damping * rates
+        fold_kernels.add_moments(folds, states, moment, floats_1d(table, FORCE))
+        return moment, scaled(0.0, moment)
     moment, slope = fold_kernels.fold_moments(
-        folds.law, folds.path, folds.damping, floats_1d(table, NUMBERS)[NOW], states[:, 0].copy(),
-        _rates(table, folds, states, moving),
-    )  # fmt: skip
+        folds.law, folds.path, folds.damping, floats_1d(table, NUMBERS)[NOW], states[:, 0].copy(), rates
+    )
     fold_kernels.add_moments(folds, states, moment, floats_1d(table, FORCE))
     copy_into(moment, floats_1d(own, MOMENTS))
     return moment, slope
@@ -89,7 +93,7 @@ def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
     folds, stiffness, damping = _folds_of(own), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
     states, (count, width), size = _states(table, folds), folds.vectors.shape, stiffness.shape[1]
     moment, slope = _moments(table, own, states, moving)
-    dampers = scaled(moving, folds.damping)
+    dampers = scaled(1.0 if moving >= IN_MOTION else 0.0, folds.damping)
     turning = dampers if floats_1d(table, NUMBERS)[MEAN_OVER] == 0.0 else scaled(0.0, dampers)
     fold_kernels.add_tangents(
         folds, floats_1d(table, Q), floats_1d(table, U), states, moment, slope, turning, dampers,

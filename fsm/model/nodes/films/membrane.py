@@ -167,10 +167,12 @@ def _stretch_effort(
 
 @kernel
 def add_force(
-    film: MembraneArrays, q: np.ndarray, u: np.ndarray, viscosity: float, force: np.ndarray
+    film: MembraneArrays, q: np.ndarray, u: np.ndarray, elastic: bool, viscosity: float, force: np.ndarray
 ) -> None:
-    """Add the forces of all elements; `u` is used only if the viscosity (s) is not zero."""
-    remainder, width = film.remainder[0], film.remainder[1]
+    """Add the forces of all elements; without elastic forces if not `elastic`. `u` is used only if the viscosity (s) is not
+    zero.
+    """
+    remainder, width, share = film.remainder[0], film.remainder[1], 1.0 if elastic else 0.0
     count, points = film.stretch_weights.shape[0], film.bend_weights.shape[0]
     table = film.columns.shape[1]
     elements = film.vectors.shape[0]
@@ -185,11 +187,13 @@ def add_force(
         per_b, per_c = 1.0 / b, 1.0 / c
         plain, poisson, bending = film.stiffness[k]
         for point in range(count):
-            exx, eyy, exy = _strain(r, point, count, per_b, per_c, film.rest_strain[k, point])
-            nxx, nyy, nxy = film_stress(exx, eyy, exy, plain, poisson, remainder, width)
-            nxx += remainder * film.release[k, point, 0]
-            nyy += remainder * film.release[k, point, 1]
-            nxy += remainder * film.release[k, point, 2]
+            nxx = nyy = nxy = 0.0
+            if elastic:
+                exx, eyy, exy = _strain(r, point, count, per_b, per_c, film.rest_strain[k, point])
+                nxx, nyy, nxy = film_stress(exx, eyy, exy, plain, poisson, remainder, width)
+                nxx += remainder * film.release[k, point, 0]
+                nyy += remainder * film.release[k, point, 1]
+                nxy += remainder * film.release[k, point, 2]
             if viscosity > 0.0:
                 dxx, dyy, dxy = _products(r, v, point, count + point, per_b, per_c)
                 vxx, vyy, vxy = film_stress(dxx, dyy, dxy, viscosity * plain, poisson, 1.0, 0.0)
@@ -202,7 +206,7 @@ def add_force(
             size = curvature.normal(g, n)
             _curvature(g, n, kappa)
             for a in range(3):
-                kappa[a] -= film.rest_curvature[k, point, a]
+                kappa[a] = share * (kappa[a] - film.rest_curvature[k, point, a])
             if viscosity > 0.0:
                 _bend_point(v, first, points, per_b, per_c, gv)
                 curvature.curvature_rates(g, gv, n, size, c3, turning)
@@ -276,11 +280,13 @@ def _stretch_moduli(
 
 @kernel
 def add_tangent(
-    film: MembraneArrays, q: np.ndarray, u: np.ndarray, moving: float, viscosity: float,
+    film: MembraneArrays, q: np.ndarray, u: np.ndarray, elastic: bool, moving: float, viscosity: float,
     slots: np.ndarray, size: int, into_stiffness: np.ndarray, into_damping: np.ndarray,
 ) -> None:  # fmt: skip
-    """Add -dh/dq and -dh/du to the flat block data; `moving` is the viscosity, or 0 at rest (u is not used)."""
-    remainder, width = film.remainder[0], film.remainder[1]
+    """Add -dh/dq and -dh/du to the flat block data; `moving` is the viscosity, or 0 at rest (u is not used), and -dh/dq is
+    that of dampers alone if not `elastic`.
+    """
+    remainder, width, share = film.remainder[0], film.remainder[1], 1.0 if elastic else 0.0
     count, points = film.stretch_weights.shape[0], film.bend_weights.shape[0]
     table = film.columns.shape[1]
     derivatives = _derivatives(film, q)
@@ -304,15 +310,17 @@ def add_tangent(
         plain_moduli = film_tangent(0.0, 0.0, 0.0, plain, poisson, 1.0, 0.0)
         for point in range(count):
             weight = b * c * film.stretch_weights[point]
-            exx, eyy, exy = _strain(r, point, count, per_b, per_c, film.rest_strain[k, point])
-            nxx, nyy, nxy = film_stress(exx, eyy, exy, plain, poisson, remainder, width)
-            nxx += remainder * film.release[k, point, 0]
-            nyy += remainder * film.release[k, point, 1]
-            nxy += remainder * film.release[k, point, 2]
             for a in range(3):
                 x[a], y[a] = r[a, point] * per_b, r[a, count + point] * per_c
+            nxx = nyy = nxy = 0.0
             stretch[:] = 0.0
-            _stretch_moduli(x, y, x, y, film_tangent(exx, eyy, exy, plain, poisson, remainder, width), weight, stretch)
+            if elastic:
+                exx, eyy, exy = _strain(r, point, count, per_b, per_c, film.rest_strain[k, point])
+                nxx, nyy, nxy = film_stress(exx, eyy, exy, plain, poisson, remainder, width)
+                nxx += remainder * film.release[k, point, 0]
+                nyy += remainder * film.release[k, point, 1]
+                nxy += remainder * film.release[k, point, 2]
+                _stretch_moduli(x, y, x, y, film_tangent(exx, eyy, exy, plain, poisson, remainder, width), weight, stretch)
             if moving > 0.0:
                 dxx, dyy, dxy = _products(r, v, point, count + point, per_b, per_c)
                 sxx, syy, sxy = film_stress(dxx, dyy, dxy, moving * plain, poisson, 1.0, 0.0)
@@ -339,7 +347,7 @@ def add_tangent(
             length = curvature.normal(g, n)
             _curvature(g, n, kappa)
             for a in range(3):
-                kappa[a] -= film.rest_curvature[k, point, a]
+                kappa[a] = share * (kappa[a] - film.rest_curvature[k, point, a])
             curvature.curvature_gradient(g, n, length, c3, gradient)
             bend[:] = 0.0
             if moving > 0.0:
@@ -353,7 +361,7 @@ def add_tangent(
             for a in range(3):
                 m[a] *= weight
             curvature.add_curvature_hessian(g, n, length, m, turned, bend)
-            _add_moduli(weight, bending, poisson, gradient, gradient, changed, bend)
+            _add_moduli(share * weight, bending, poisson, gradient, gradient, changed, bend)
             _natural(5, per_b, per_c, bend)
             weigh_bending(film.rows, first, points, bend, symmetric, weighed)
             if viscosity > 0.0:

@@ -72,13 +72,78 @@ def _add_loads(table: np.ndarray, t: float, moving: float) -> None:
 
 
 @kernel
+def _apart(table: np.ndarray, moving: float) -> bool:
+    """Whether the dampers of elements act at the state half-way in the step."""
+    return bool(moving == at.IN_MOTION and floats_1d(table, at.NUMBERS)[at.APART] == 1.0)
+
+
+@kernel
+def table_halfway(table: np.ndarray) -> np.ndarray:
+    """Table with the coordinates and rates half-way in the step in place of the present ones."""
+    out = table.copy()
+    out[at.Q], out[at.U] = table[at.HALFWAY], table[at.HALFWAY_RATES]
+    return out
+
+
+@kernel
+def _call_dampers(model: Coordinates, column: int, number: float, table: np.ndarray) -> float:
+    """Call a kernel of all groups whose forces depend on rates; returns the sum of the results."""
+    damped, total = integers_1d(table, at.DAMPED_GROUPS), 0.0
+    for k in range(damped.shape[0]):
+        if damped[k] == 1:
+            total += call_at(model.kernels[k, column], table, model.tables[k], number)
+    return total
+
+
+@kernel
+def set_halfway(model: Coordinates, t: float, h: float, q: np.ndarray, x: np.ndarray) -> bool:
+    """See `fsm.solve.stepping.model.halfway`."""
+    table = model.table
+    numbers, damped, found = floats_1d(table, at.NUMBERS), integers_1d(table, at.DAMPED_GROUPS), False
+    for k in range(damped.shape[0]):
+        found = found or damped[k] == 1
+    numbers[at.APART] = 0.0
+    if h == 0.0 or not found:
+        return False
+    middle, rates, here = floats_1d(table, at.HALFWAY), floats_1d(table, at.HALFWAY_RATES), floats_1d(table, at.Q)
+    end, mean = np.empty(q.shape[0]), np.empty(q.shape[0])
+    for i in range(q.shape[0]):
+        end[i], mean[i] = q[i] + x[i], x[i] / h
+    place(table, t, t, q, mean)
+    copy_into(here, middle)
+    place(table, t + h, t, end, mean)
+    copy_into(floats_1d(table, at.U), rates)
+    for i in range(middle.shape[0]):
+        middle[i] += 0.5 * (here[i] - middle[i])
+    numbers[at.NOW], numbers[at.APART] = t + 0.5 * h, 1.0
+    floats_1d(table, at.DAMPER_FORCE)[:] = 0.0
+    there = table_halfway(table)
+    there[at.FORCE] = table[at.DAMPER_FORCE]
+    _call_dampers(model, at.FORCE_AT, at.DAMPERS, there)
+    return True
+
+
+@kernel
+def lost_by_dampers(model: Coordinates) -> float:
+    """Power that the dampers of elements dissipate, W."""
+    apart = _apart(model.table, at.IN_MOTION)
+    return float(_call_dampers(model, at.LOST_AT, at.IN_MOTION, table_halfway(model.table) if apart else model.table))
+
+
+@kernel
 def sum_forces(model: Coordinates, t: float, moving: float) -> None:
     """Write the forces on all coordinates at the present state."""
     total = floats_1d(model.table, at.FORCE)
     for i in range(total.shape[0]):
         total[i] = 0.0
+    apart, damped = _apart(model.table, moving), integers_1d(model.table, at.DAMPED_GROUPS)
     for k in range(model.kernels.shape[0]):
-        call_at(model.kernels[k, at.FORCE_AT], model.table, model.tables[k], moving)
+        number = at.UNDAMPED if apart and damped[k] == 1 else moving
+        call_at(model.kernels[k, at.FORCE_AT], model.table, model.tables[k], number)
+    if apart:
+        dampers = floats_1d(model.table, at.DAMPER_FORCE)
+        for i in range(total.shape[0]):
+            total[i] += dampers[i]
     _add_loads(model.table, t, moving)
 
 
@@ -130,8 +195,12 @@ def sum_tangents(model: Coordinates, t: float, moving: float) -> None:
     stiffness[:] = 0.0
     if numbers[at.RATE_DEPENDENT] > 0.0:
         damping[:] = 0.0
+    apart, damped = _apart(table, moving), integers_1d(table, at.DAMPED_GROUPS)
     for k in range(model.kernels.shape[0]):
-        call_at(model.kernels[k, at.TANGENT_AT], table, model.tables[k], moving)
+        number = at.UNDAMPED if apart and damped[k] == 1 else moving
+        call_at(model.kernels[k, at.TANGENT_AT], table, model.tables[k], number)
+    if apart:
+        _call_dampers(model, at.TANGENT_AT, at.DAMPERS, table_halfway(table))
     _add_loads(table, t, moving)
     if numbers[at.DAMPED] > 0.0:
         flat, mass = damping.reshape(-1), floats_3d(table, at.FULL_MASS).reshape(-1)

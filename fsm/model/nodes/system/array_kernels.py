@@ -16,7 +16,17 @@ from fsm.model.nodes import arrays as at
 from fsm.model.nodes.arrays import Coordinates, forcing_programs, full_mass_of, mass_of, moved_of, pattern_of
 from fsm.model.nodes.system import array_forces as nodes
 from fsm.solve.stepping.equilibrium import RestCalls, never_advance, never_lock
-from fsm.solve.stepping.model import CREASES, DRIVES, KINETIC, NOT_MINIMAL, PANELS, STEADY, UNLOCKED, Calls
+from fsm.solve.stepping.model import (
+    CREASES,
+    DRIVES,
+    KINETIC,
+    NOT_MINIMAL,
+    PANELS,
+    STEADY,
+    UNLOCKED,
+    Calls,
+    always_consistent,
+)
 from fsm.solve.stepping.vectors import copy_into, inner, kept
 
 
@@ -163,8 +173,7 @@ def _dissipated(model: Coordinates, t: float, q: np.ndarray, step: float) -> flo
             halfway[i] = last[i] + 0.5 * (q[i] - last[i])
             mean[i] = (q[i] - last[i]) / (t - begin)
         nodes.place(table, 0.5 * (begin + t), begin, halfway, mean)
-        for k in range(model.kernels.shape[0]):
-            lost += call_at(model.kernels[k, at.LOST_AT], table, model.tables[k], 1.0)
+        lost += nodes.lost_by_dampers(model)
         if damped > 0.0:
             rates = floats_1d(table, at.U)
             momentum = nodes.rows_times(full_mass_of(table), rates)
@@ -263,11 +272,8 @@ def energies(
 def present_powers(model: Coordinates, t: float, drive_force: np.ndarray) -> tuple[float, float]:
     """Powers at the present state, as `powers`."""
     table = model.table
-    damped, lost = floats_1d(table, at.NUMBERS)[at.DAMPED], 0.0
-    if floats_1d(table, at.NUMBERS)[at.RATE_DEPENDENT] > 0.0:
-        for k in range(model.kernels.shape[0]):
-            lost += call_at(model.kernels[k, at.LOST_AT], table, model.tables[k], 1.0)
-    lost += _slid(model, 0.0)
+    damped = floats_1d(table, at.NUMBERS)[at.DAMPED]
+    lost = nodes.lost_by_dampers(model) + _slid(model, 0.0)
     if damped > 0.0:
         rates = floats_1d(table, at.U)
         lost += damped * inner(rates, nodes.rows_times(full_mass_of(table), rates))
@@ -292,8 +298,7 @@ KERNELS = Calls(
     nodes.force, nodes.renewed_force, _factorise, _factorise_mass, nodes.solve, _mapped, _retract, _mass_times,
     _stiffness_times,
     _damping_times, _touching, _part_of_step, _longest_step, _accept, _unable, energies, keep_tangent, powers,
-    *UNLOCKED,
-    *NOT_MINIMAL,
+    *UNLOCKED, nodes.set_halfway, always_consistent, *NOT_MINIMAL,
 )  # fmt: skip
 """Kernels of `Coordinates` that time steps call."""
 AT_REST = RestCalls(

@@ -94,11 +94,12 @@ def coordinates_of(
         np.zeros(n), np.zeros(n), np.zeros(n), system.start,
         system.fixed.astype(np.int64).reshape(-1, system.pattern.size),
         system.weight, pattern.zeros(), pattern.zeros(), pattern.zeros(), mass, full_mass, np.zeros(factors.shape),
-        mass_factors, np.array([system.held_stiffness, loading.mass_damping, float(system.rate_dependent), 0.0, 0.0]),
+        mass_factors, np.array([system.held_stiffness, loading.mass_damping, float(system.rate_dependent), 0.0, 0.0, 0.0]),
         forcings,
         np.array([float(np.linalg.norm(motion.displacement)) for motion in loading.motions]),
         np.array([_KINDS.get(group.name, 0) for group in groups], dtype=np.int64), *_held(fixed, pattern),
         np.zeros(n), np.zeros(1), pattern.zeros(), pattern.zeros(),
+        np.zeros(n), np.zeros(n), np.zeros(n), np.array([group.rate_dependent for group in groups], dtype=np.int64),
         _rows(system.mass(system.start)), _rows(system.full_mass_matrix),
         table_of([forcing.time for forcing in loading.forcings]), _moved(system), p,
     )  # fmt: skip

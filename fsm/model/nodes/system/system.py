@@ -159,6 +159,17 @@ class AncfSystem(MovingMesh):
         """See `System`."""
         return self.mesh.names[int(np.argmax(np.abs(np.nan_to_num(vector, nan=np.inf)))) // self.mesh.size]
 
+    def halfway(self, t: float, h: float, q: np.ndarray, x: np.ndarray) -> bool:
+        """See `System`."""
+        damped, state = [group for group in self.groups if group.rate_dependent], None
+        if h > 0.0 and damped:
+            start, (end, rates) = self.place(t, q, None)[0], self.place(t + h, q + x, x / h, (t, q))
+            assert rates is not None
+            state = start + 0.5 * (end - start), rates
+        for group in damped:
+            group.act_halfway(state)
+        return state is not None
+
     # protocol: internal variables -----------------------------------------------------------------------------------
 
     def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: PreviousState | None = None) -> None:
