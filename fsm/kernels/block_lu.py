@@ -358,21 +358,20 @@ def _solve_factorised(
     total = np.empty(size, dtype=factors.dtype)
     for i in range(count):
         for a in range(size):
-            total[a] = right[order[i] * size + a]
-            y[i, a] = 0.0
+            total[a] = 0.0
         for k in range(indptr[i], diagonal[i]):
-            j = indices[k]
-            for a in range(size):
-                for b in range(size):
-                    total[a] -= factors[k, a, b] * y[j, b]
+            small.add_product(total, factors[k], y[indices[k]])
+        for a in range(size):
+            total[a] = right[order[i] * size + a] - total[a]
+            y[i, a] = 0.0
         small.add_product(y[i], factors[diagonal[i]], total)
     for i in range(count - 1, -1, -1):
-        for k in range(diagonal[i] + 1, indptr[i + 1]):
-            j = indices[k]
-            for a in range(size):
-                for b in range(size):
-                    y[i, a] -= factors[k, a, b] * y[j, b]
         for a in range(size):
+            total[a] = 0.0
+        for k in range(diagonal[i] + 1, indptr[i + 1]):
+            small.add_product(total, factors[k], y[indices[k]])
+        for a in range(size):
+            y[i, a] -= total[a]
             total[a] = 0.0
         small.add_product(total, factors[filled + i], y[i])
         for a in range(size):

@@ -86,6 +86,12 @@ def add_product(out: np.ndarray, block: np.ndarray, v: np.ndarray) -> None:
     size = out.shape[0]
     if size == 9:
         _add_product_of_9(out, block, v)
+    elif size == 3:
+        v0, v1, v2 = v[0], v[1], v[2]
+        r0 = out[0] + (block[0, 0] * v0 + block[0, 1] * v1 + block[0, 2] * v2)
+        r1 = out[1] + (block[1, 0] * v0 + block[1, 1] * v1 + block[1, 2] * v2)
+        r2 = out[2] + (block[2, 0] * v0 + block[2, 1] * v1 + block[2, 2] * v2)
+        out[0], out[1], out[2] = r0, r1, r2
     else:
         for a in range(size):
             total = out[a]

@@ -8,8 +8,9 @@ import pytest
 from fsm.model.nodes.films.film import FilmMaterial
 from fsm.model.nodes.system.build import MeshBuilder
 from fsm.model.nodes.system.system import AncfSystem
+from fsm.solve.stepping import mean_newton as newton
 from fsm.solve.stepping.mean_force import divide
-from fsm.solve.stepping.mean_newton import predicted_rate
+from fsm.solve.stepping.mean_newton import choose_prediction, predicted_rate
 from fsm.solve.stepping.secants import add, improved, no_secants
 from fsm.solve.time.mean_force import MeanForce
 
@@ -83,3 +84,18 @@ def test_the_prediction_follows_fast_and_slow_modes(direction: int, step: float)
     method.step(1e6 * step)
     rate = (method.q - before) / step
     assert np.linalg.norm(predicted - rate) < 0.7 * np.linalg.norm(rate)
+
+
+def test_error_control_extrapolates_only_rates_that_change_slowly() -> None:
+    """The next step is predicted by the rule that was nearer in the last one: extrapolation or the last rate."""
+    builder = MeshBuilder()
+    grid = builder.film(np.linspace(0, 1, 3), np.linspace(0, 1, 3), (FilmMaterial(1e9, 0.3, 1000.0, 1e-4),))
+    builder.hold(grid.edge())
+    system = AncfSystem(builder.build())
+    method = MeanForce(system, 0.0, *system.initial(), 1e-6)
+    motion, mode = method.motion, np.random.default_rng(1).normal(size=system.nu)
+    motion.sizes[[newton.LAST, newton.LAST_BEFORE]] = 1e-3
+    for before, last, now, predicted in ((1.0, 1.2, 1.35, 1.4), (1.0, -1.0, 1.0, -1.0), (1.0, 1.2, 1.25, 1.2)):
+        motion.mean_before[:], motion.mean[:] = before * mode, last * mode
+        choose_prediction(method.model, motion, 1e-3, 1e-3 * now * mode)
+        np.testing.assert_allclose(predicted_rate(motion, method.rules, 1e-3), predicted * mode, rtol=1e-12)

@@ -27,7 +27,7 @@ from fsm.model.nodes.facets.facet_group import FacetGroup
 from fsm.model.nodes.facets.pressure import PressedFaces
 from fsm.model.nodes.system.system import AncfSystem
 from fsm.model.system.condense import JoinedPattern, joined_pattern, members_of
-from fsm.model.system.frames import Frames, frame_maps, place_frames
+from fsm.model.system.frames import Frames, frame_maps, frame_turns, place_frames
 from fsm.model.system.system import SegmentSystem
 from fsm.solve.interface.records import PreviousState
 from fsm.solve.interface.scales import Scales
@@ -221,7 +221,7 @@ class JoinedConfiguration(SegmentSystem):
         rates = self._body_rates(u[: self._nu], t, before)
         nodes, moving = self.elements.place(t, q[self._nq :], u[self._nu :], self._nodes_before(before))
         assert moving is not None
-        rates[self.frames.bodies] = self._maps(nodes, moving, None)[3]
+        rates[self.frames.bodies] = self._maps(nodes, moving)[1]
         self._moving_frames = poses, since, u.copy(), rates
         return poses, rates
 
@@ -235,7 +235,7 @@ class JoinedConfiguration(SegmentSystem):
         here, _ = self.elements.place(self._with_frames[0][0], nodes, None)
         moved = dx[self._nu :].copy()
         moved[self.elements.fixed] = 0.0
-        out[self.frames.bodies] = self._maps(here, moved, None)[3]
+        out[self.frames.bodies] = self._maps(here, moved)[1]
         return out
 
     # joined matrix --------------------------------------------------------------------------------------------------
@@ -348,11 +348,15 @@ class JoinedConfiguration(SegmentSystem):
             return 0.0
         return _FOLLOWED * self.elements.scales().length / (0.5 * math.pi * self._wave_speed)
 
-    def _maps(
-        self, nodes: np.ndarray, rates: np.ndarray, moments: np.ndarray | None
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Maps, turns, curvatures and rates of all frames, see `frame_maps`."""
-        count, size = len(self.frames.bodies), len(self.frames.vectors)
-        out = np.zeros((size, 6, 3)), np.zeros((size, 6, 3)), np.zeros((count, 6, 6)), np.zeros((count, 6))
-        frame_maps(*self._arrays, nodes, rates, np.zeros((count, 3)) if moments is None else moments, *out)
+    def _maps(self, nodes: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Maps and rates of all frames, see `frame_maps`."""
+        out = np.zeros((len(self.frames.vectors), 6, 3)), np.zeros((len(self.frames.bodies), 6))
+        frame_maps(*self._arrays, nodes, rates, *out)
+        return out
+
+    def _turns(self, nodes: np.ndarray, rates: np.ndarray, moments: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Derivatives of the maps and curvatures of all frames, see `frame_turns`."""
+        out = np.zeros((len(self.frames.vectors), 6, 3)), np.zeros((len(self.frames.bodies), 6, 6))
+        first, vectors, _, *directions = self._arrays
+        frame_turns(first, vectors, *directions, nodes, rates, moments, *out)
         return out

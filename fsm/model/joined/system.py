@@ -193,7 +193,7 @@ class JoinedSystem(JoinedConfiguration):
         out = np.zeros(self.nu)
         if whole:
             out[self._nu :] = self.elements.all_forces(t, here, rates)
-        maps = self._maps(here, np.zeros_like(here), None)[0]
+        maps = self._maps(here, np.zeros_like(here))[0]
         fold_forces(forces[self._ordered], self._first, self._rows, self._members(maps), out)
         return out
 
@@ -213,7 +213,7 @@ class JoinedSystem(JoinedConfiguration):
         nodes = q[self._nq :]
         out = np.zeros(self.nu)
         wrenches = np.ascontiguousarray(rows.reshape(-1, 6)[: len(self._ordered)])
-        fold_forces(wrenches, self._first, self._rows, self._members(self._maps(nodes, np.zeros_like(nodes), None)[0]), out)
+        fold_forces(wrenches, self._first, self._rows, self._members(self._maps(nodes, np.zeros_like(nodes))[0]), out)
         out[self._fixed.ravel()] = 0.0
         return out
 
@@ -237,8 +237,8 @@ class JoinedSystem(JoinedConfiguration):
         here, rates = self.elements.place(t, nodes, None if u is None else u[self._nu :], self._nodes_before(before))
         at_rest = np.zeros_like(here) if rates is None else rates
         moments = np.ascontiguousarray(wrenches[self.frames.bodies, 3:])
-        maps, turns, curvatures, _ = self._maps(here, at_rest, moments)
-        members = self._members(maps)
+        members = self._members(self._maps(here, at_rest)[0])
+        turns, curvatures = self._turns(here, at_rest, moments)
         stiffness, damping = joined.pattern.zeros(), joined.pattern.zeros()
         blocks = pattern.indptr, pattern.indices
         places = joined.starts, joined.slots

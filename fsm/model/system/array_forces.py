@@ -30,7 +30,7 @@ from fsm.model.nodes.system.array_kernels import accept_present as accept_nodes
 from fsm.model.system import arrays as at
 from fsm.model.system.arrays import Joined, frames_of, sizes
 from fsm.model.system.condense import add_condensed, add_curvatures, fold_forces
-from fsm.model.system.frames import frame_maps, place_frames
+from fsm.model.system.frames import frame_maps, frame_turns, place_frames
 from fsm.solve.stepping.vectors import copy_into
 
 
@@ -59,12 +59,22 @@ def _retract(nodes: Coordinates | None, model: Joined, q: np.ndarray, x: np.ndar
 
 @kernel
 def fill_maps(nodes: Coordinates, model: Joined) -> None:
-    """Compute maps, their derivatives, curvatures and rates of the frames at the present coordinates and moments."""
-    f, table, free = frames_of(model.table), model.table, free_bodies(model)
+    """Compute maps and rates of the frames at the present coordinates."""
+    f, table = frames_of(model.table), model.table
     frame_maps(
         f.first, f.vectors, f.weights, f.along, f.across, f.fixed, f.oriented, floats_1d(nodes.table, Q),
-        floats_1d(nodes.table, U), floats_2d(table, at.MOMENTS), floats_3d(table, at.MEMBERS)[2 * free :],
-        floats_3d(table, at.TURNING)[2 * free :], floats_3d(table, at.CURVATURES), floats_2d(table, at.OWN_RATES),
+        floats_1d(nodes.table, U), floats_3d(table, at.MEMBERS)[2 * free_bodies(model) :], floats_2d(table, at.OWN_RATES),
+    )  # fmt: skip
+
+
+@kernel
+def fill_turns(nodes: Coordinates, model: Joined) -> None:
+    """Compute derivatives of the maps of the frames, and their curvatures at the present coordinates and moments."""
+    f, table = frames_of(model.table), model.table
+    frame_turns(
+        f.first, f.vectors, f.along, f.across, f.fixed, f.oriented, floats_1d(nodes.table, Q), floats_1d(nodes.table, U),
+        floats_2d(table, at.MOMENTS), floats_3d(table, at.TURNING)[2 * free_bodies(model) :],
+        floats_3d(table, at.CURVATURES),
     )  # fmt: skip
 
 
@@ -182,21 +192,21 @@ def force(model: Joined, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
 
 @kernel
 def set_moments(nodes: Coordinates, model: Joined) -> None:
-    """Compute the curvatures of the present moments on the frames."""
+    """Compute the curvatures of the present moments on the frames, and `fill_turns`."""
     moments, wrenches = floats_2d(model.table, at.MOMENTS), floats_2d(model.bodies.table, WRENCHES)
-    f, any_moment = frames_of(model.table), False
+    f = frames_of(model.table)
     for i in range(f.bodies.shape[0]):
         for k in range(3):
             moments[i, k] = wrenches[f.bodies[i], 3 + k]
-            any_moment = any_moment or (f.oriented[i] == 1 and moments[i, k] != 0.0)
-    if any_moment:  # if there are no moments, `place` has already computed all maps
-        fill_maps(nodes, model)
+    fill_turns(nodes, model)
     moments[:] = 0.0
 
 
 @kernel
 def add_turning(nodes: Coordinates, model: Joined) -> None:
-    """Add the change of the rates of frames with the coordinates, times the damping between bodies and frames."""
+    """Add the change of the rates of frames with the coordinates, times the damping between bodies and frames, after
+    `fill_turns`.
+    """
     oriented, turns = frames_of(model.table).oriented, False
     for i in range(oriented.shape[0]):
         turns = turns or oriented[i] == 1
@@ -275,6 +285,7 @@ def _add_nodes_by_rates(nodes: Coordinates | None, model: Joined, t: float, per_
     moving = 1.0 if per_second > 0.0 else 0.0
     _sum_tangents_of_nodes(nodes, t, moving)
     if moving > 0.0:  # the rates of springs and elements are increments of deformations, which do not turn
+        fill_turns(nodes, model)
         add_turning(nodes, model)
 
 

@@ -32,7 +32,7 @@ from fsm.model.nodes.system.array_forces import (
     solve,
 )
 from fsm.model.system import arrays as at
-from fsm.model.system.array_forces import add_from_frames, free_bodies, place, retract, spread, sum_forces
+from fsm.model.system.array_forces import add_from_frames, fill_turns, free_bodies, place, retract, spread, sum_forces
 from fsm.model.system.arrays import Joined, sizes
 from fsm.model.system.condense import add_condensed
 from fsm.solve.stepping.vectors import copy_into, scaled
@@ -221,6 +221,7 @@ def _set_accelerations(model: Joined, t: float, rate: np.ndarray) -> None:
 def _turn_frames(nodes: Coordinates | None, model: Joined, rates: np.ndarray) -> None:
     if nodes is None:
         return
+    fill_turns(nodes, model)
     table, now = model.table, floats_1d(nodes.table, of_nodes.U)
     f, first, turns = at.frames_of(table), integers_1d(table, at.NODE_ROWS), floats_3d(table, at.TURNING)
     turns = turns[2 * free_bodies(model) :]

@@ -217,6 +217,22 @@ def _second(a: np.ndarray, b: np.ndarray, axes: np.ndarray, gradients: np.ndarra
 
 
 @kernel
+def _directions(
+    first: int,
+    last: int,
+    vectors: np.ndarray,
+    along: np.ndarray,
+    across: np.ndarray,
+    q: np.ndarray,
+    a: np.ndarray,
+    b: np.ndarray,
+) -> None:
+    """Add the sums of the vectors from `first` to `last` to the directions a and b."""
+    _sum(first, last, vectors, along, q, a)
+    _sum(first, last, vectors, across, q, b)
+
+
+@kernel
 def frame_maps(
     first: np.ndarray,
     vectors: np.ndarray,
@@ -227,10 +243,7 @@ def frame_maps(
     oriented: np.ndarray,
     q: np.ndarray,
     u: np.ndarray,
-    moments: np.ndarray,
     maps: np.ndarray,
-    turns: np.ndarray,
-    curvatures: np.ndarray,
     rates: np.ndarray,
 ) -> None:
     """Derivatives of the poses of all frames, and their velocities.
@@ -240,60 +253,96 @@ def frame_maps(
     first ... oriented : see `Frames`
     q, u : (n_q,) arrays
         Coordinates of the ANCF nodes and their rates.
-    moments : (n, 3) array, N m
-        Moment on each frame, in its axes.
     maps : (m, 6, 3) array of zeros, changed in place
         T of each vector: derivative of (dr, theta).
-    turns : (m, 6, 3) array of zeros, changed in place
-        Derivative of the velocity (r', omega) with respect to each vector, at the rates u.
-    curvatures : (n, 6, 6) array, changed in place
-        Derivative with respect to (a, b) of the generalised forces of the moments on (a, b).
     rates : (n, 6) array, changed in place
         Velocity (r', omega) of each frame, omega in its axes.
     """
     a, b, axes = np.empty(3), np.empty(3), np.empty((3, 3))
     da, db = np.empty(3), np.empty(3)
-    gradients, second = np.empty((3, 6)), np.empty((3, 6, 6))
-    change = np.empty((3, 6))
+    gradients = np.empty((3, 6))
     for i in range(fixed.shape[0]):
         rates[i] = 0.0
         _sum(first[i], first[i + 1], vectors, weights, u, rates[i])
-        if oriented[i]:
-            a[:] = 0.0
-            b[:] = fixed[i]
-            da[:] = 0.0
-            db[:] = 0.0
-            _sum(first[i], first[i + 1], vectors, along, q, a)
-            _sum(first[i], first[i + 1], vectors, across, q, b)
-            _sum(first[i], first[i + 1], vectors, along, u, da)
-            _sum(first[i], first[i + 1], vectors, across, u, db)
-            _axes(a, b, axes)
-            _gradients(a, b, axes, gradients)
-            _second(a, b, axes, gradients, second)
+        for j in range(first[i], first[i + 1]):  # all other entries are zero
             for k in range(3):
-                total = 0.0
-                for c in range(3):
-                    total += gradients[k, c] * da[c] + gradients[k, 3 + c] * db[c]
-                rates[i, 3 + k] = total
-                for c in range(6):
-                    total = 0.0
-                    for d in range(3):
-                        total += da[d] * second[k, d, c] + db[d] * second[k, 3 + d, c]
-                    change[k, c] = total
-            for c in range(6):
-                for d in range(6):
-                    curvatures[i, c, d] = (
-                        moments[i, 0] * second[0, c, d] + moments[i, 1] * second[1, c, d] + moments[i, 2] * second[2, c, d]
-                    )
-        else:
-            for j in range(first[i], first[i + 1]):  # all other entries are zero
-                for k in range(3):
-                    maps[j, k, k] = weights[j]
+                maps[j, k, k] = weights[j]
+        if not oriented[i]:
             continue
+        a[:] = 0.0
+        b[:] = fixed[i]
+        da[:] = 0.0
+        db[:] = 0.0
+        _directions(first[i], first[i + 1], vectors, along, across, q, a, b)
+        _directions(first[i], first[i + 1], vectors, along, across, u, da, db)
+        _axes(a, b, axes)
+        _gradients(a, b, axes, gradients)
+        for k in range(3):
+            total = 0.0
+            for c in range(3):
+                total += gradients[k, c] * da[c] + gradients[k, 3 + c] * db[c]
+            rates[i, 3 + k] = total
         for j in range(first[i], first[i + 1]):
             for k in range(3):
                 for c in range(3):
-                    maps[j, k, c] = weights[j] if k == c else 0.0
-                    turns[j, k, c] = 0.0
                     maps[j, 3 + k, c] = along[j] * gradients[k, c] + across[j] * gradients[k, 3 + c]
+
+
+@kernel
+def frame_turns(
+    first: np.ndarray,
+    vectors: np.ndarray,
+    along: np.ndarray,
+    across: np.ndarray,
+    fixed: np.ndarray,
+    oriented: np.ndarray,
+    q: np.ndarray,
+    u: np.ndarray,
+    moments: np.ndarray,
+    turns: np.ndarray,
+    curvatures: np.ndarray,
+) -> None:
+    """Second derivatives of the poses of all frames, for tangents.
+
+    Parameters
+    ----------
+    first, vectors, along ... oriented : see `Frames`
+    q, u : (n_q,) arrays
+        Coordinates of the ANCF nodes and their rates.
+    moments : (n, 3) array, N m
+        Moment on each frame, in its axes.
+    turns : (m, 6, 3) array of zeros, changed in place
+        Derivative of the velocity (r', omega) with respect to each vector, at the rates u.
+    curvatures : (n, 6, 6) array of zeros, changed in place
+        Derivative with respect to (a, b) of the generalised forces of the moments on (a, b).
+    """
+    a, b, axes = np.empty(3), np.empty(3), np.empty((3, 3))
+    da, db, change = np.empty(3), np.empty(3), np.empty((3, 6))
+    gradients, second = np.empty((3, 6)), np.empty((3, 6, 6))
+    for i in range(fixed.shape[0]):
+        if not oriented[i]:
+            continue
+        a[:] = 0.0
+        b[:] = fixed[i]
+        da[:] = 0.0
+        db[:] = 0.0
+        _directions(first[i], first[i + 1], vectors, along, across, q, a, b)
+        _directions(first[i], first[i + 1], vectors, along, across, u, da, db)
+        _axes(a, b, axes)
+        _gradients(a, b, axes, gradients)
+        _second(a, b, axes, gradients, second)
+        for k in range(3):
+            for c in range(6):
+                total = 0.0
+                for d in range(3):
+                    total += da[d] * second[k, d, c] + db[d] * second[k, 3 + d, c]
+                change[k, c] = total
+        for c in range(6):
+            for d in range(6):
+                curvatures[i, c, d] = (
+                    moments[i, 0] * second[0, c, d] + moments[i, 1] * second[1, c, d] + moments[i, 2] * second[2, c, d]
+                )
+        for j in range(first[i], first[i + 1]):
+            for k in range(3):
+                for c in range(3):
                     turns[j, 3 + k, c] = along[j] * change[k, c] + across[j] * change[k, 3 + c]

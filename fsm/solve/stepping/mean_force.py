@@ -21,7 +21,8 @@ iterations. Fixed steps are also halved where the quadrature does not conserve t
 The mean rates of undamped modes that are too fast for a fixed step change their sign in every step. The mean rate of
 the step before the last one therefore predicts these modes; it also predicts slow modes. Linear extrapolation would
 give these rates three times the size and the wrong sign, and would make taut films slack. With error control these
-modes are damped, so the prediction is linear.
+modes are damped, and the prediction is linear. It is the last mean rate where this was the better prediction in the last
+step, as in steps that are long against the vibrations of a film.
 
 Without a fixed step the error is controlled. The local error of x is h^3/12 times the derivative of u', from differences of
 the mean rates. The filter 2/h^2 S^-1 M, with the matrix S of Newton's method, removes modes that are too fast for the step.
@@ -203,6 +204,7 @@ def _controlled_step(model: Any, motion: MeanMotion, rules: MeanRules, target: f
             if not done:
                 return NO_SOLUTION
             return OBJECTED if part < 1.0 else STEP_TOO_SMALL
+    newton.choose_prediction(model, motion, h, x)
     newton.accept_step(model, motion, h, x, end, found, part > 1.0)
     return STEPPED
 

@@ -15,10 +15,11 @@ from fsm.solve.stepping.vectors import changed_rate, copy_into, end_velocity, in
 
 (
     TIME, LAST, LAST_BEFORE, NEXT, ERROR_BEFORE, STORED, START, TURNOVER, OFF, ROUND_OFF, COST, FACTORED, LONGEST, WORK,
-    DISSIPATED,
-) = range(15)  # fmt: skip
+    DISSIPATED, EXTRAPOLATED,
+) = range(16)  # fmt: skip
 """Indices of `MeanMotion.sizes`: time, sizes of the last two steps and of the next one (s), last error (-), energies (J),
-mean cost of a step in iterations, step size of the last factors and longest step (s), and energies of the last step (J)."""
+mean cost of a step in iterations, step size of the last factors and longest step (s), energies of the last step (J), and 1
+if the mean rate is extrapolated, else 0."""
 STEPS, REJECTED, FAILED, ITERATIONS, FORCES, LINEARISATIONS, FACTORISATIONS, DIVISION, KNOWN = range(9)
 """Indices of `MeanMotion.counts`; all except the last are those of generalized-alpha. KNOWN: number of known mean rates."""
 
@@ -75,7 +76,7 @@ class MeanMotion(NamedTuple):
         Mean rates of the last two steps; rates at the ends contain stiff vibrations.
     rate : (nu,) array
         Acceleration half-way between the last two steps.
-    sizes, counts : (15,) float and (9,) int arrays
+    sizes, counts : (16,) float and (9,) int arrays
         `TIME` and the names after it are the indices of sizes; `STEPS` and the names after it are those of counts.
     of_pairs : (2, n_pairs) array, J
         Energy dissipated by every contact pair in the last step.
@@ -173,9 +174,26 @@ def predicted_rate(motion: MeanMotion, rules: MeanRules, h: float) -> np.ndarray
     """Mean rate of the next step, as a start for Newton's method; see the module docstring."""
     if rules.fixed_step > 0.0:
         return motion.mean_before
+    return moved(motion.mean, motion.sizes[EXTRAPOLATED], _extrapolated_change(motion, h))
+
+
+@shared
+def _extrapolated_change(motion: MeanMotion, h: float) -> np.ndarray:
+    """Change of the mean rate from the last step to the next one, extrapolated linearly; zero in the first two steps."""
     before = motion.sizes[LAST_BEFORE]
     change = (h + motion.sizes[LAST]) / (motion.sizes[LAST] + before) if before > 0.0 else 0.0
-    return moved(motion.mean, change, subtracted(motion.mean, motion.mean_before))
+    return scaled(change, subtracted(motion.mean, motion.mean_before))
+
+
+@shared
+def choose_prediction(model: Any, motion: MeanMotion, h: float, x: np.ndarray) -> None:
+    """Extrapolate the mean rate for the next step if this is nearer to that of the step h than the rate before it.
+
+    The distance is the kinetic energy of the difference.
+    """
+    expected, change = _extrapolated_change(motion, h), subtracted(scaled(1.0 / h, x), motion.mean)
+    momentum = calls.mass_times(model, expected)
+    motion.sizes[EXTRAPOLATED] = 1.0 if 2.0 * inner(change, momentum) > inner(expected, momentum) else 0.0
 
 
 @shared

@@ -64,7 +64,7 @@ class MeanForce(StepMethod):
             _SLOW if step is not None else _SLOW_AND_EXACT, step or 0.0, system.shortest_step(), max_step,
             size, 1.0 / size**2, np.array(sorted(system.break_times()), dtype=float),
         )  # fmt: skip
-        sizes, counts, pairs = np.zeros(15), np.zeros(9, dtype=np.int64), np.zeros((2, len(observed.pairs.force)))
+        sizes, counts, pairs = np.zeros(16), np.zeros(9, dtype=np.int64), np.zeros((2, len(observed.pairs.force)))
         sizes[stepping.ERROR_BEFORE], sizes[stepping.COST] = 1.0, BETWEEN
         q, u = np.array(q, dtype=float), np.array(u, dtype=float)
         forces = np.zeros(len(observed.drive.force))
