@@ -93,9 +93,8 @@ def _mobility(scene: Scene, elements: AncfSystem, frames: Frames) -> dict[str, n
     used = {name for joint in scene.joints for name in (joint.first, joint.second)}
     maps = np.zeros((len(frames.vectors), 6, 3))
     shapes = maps.shape, (len(frames.bodies), 6, 6), (len(frames.bodies), 6)
-    own = frames.first, frames.vectors, frames.weights, frames.along, frames.across, frames.fixed, frames.oriented
     still = np.zeros(elements.nu), np.zeros((len(frames.bodies), 3))
-    frame_maps(*own, elements.start, *still, maps, *(np.zeros(shape) for shape in shapes))
+    frame_maps(frames, elements.start, *still, maps, *(np.zeros(shape) for shape in shapes))
     found = {}
     for i, frame in enumerate(scene.frames):
         if frame.name in used:

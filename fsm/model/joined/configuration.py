@@ -118,9 +118,6 @@ class JoinedConfiguration(SegmentSystem):
         self._fixed = np.concatenate([np.zeros(self._nu, dtype=bool), elements.fixed]).reshape(-1, 3)
         self._near = bodies.pose[frames.bodies, 3:].copy()
         self._start_near = self._near.copy()
-        self._arrays = (
-            frames.first, frames.vectors, frames.weights, frames.along, frames.across, frames.fixed, frames.oriented,
-        )  # fmt: skip
         self._joined: JoinedPattern | None = None
         self._joined_of: BlockPattern | None = None
         self._slots: list[np.ndarray] = []
@@ -200,7 +197,7 @@ class JoinedConfiguration(SegmentSystem):
         of_bodies, nodes = q[: self._nq], q[self._nq :]
         poses = super()._poses(t, of_bodies).copy()
         here, _ = self.elements.place(t, nodes, None)
-        place_frames(self.frames.bodies, *self._arrays, here, self._near, poses)
+        place_frames(self.frames, here, self._near, poses)
         self._with_frames = [(t, q.copy(), poses), *self._with_frames[:1]]
         return poses
 
@@ -354,5 +351,5 @@ class JoinedConfiguration(SegmentSystem):
         """Maps, turns, curvatures and rates of all frames, see `frame_maps`."""
         count, size = len(self.frames.bodies), len(self.frames.vectors)
         out = np.zeros((size, 6, 3)), np.zeros((size, 6, 3)), np.zeros((count, 6, 6)), np.zeros((count, 6))
-        frame_maps(*self._arrays, nodes, rates, np.zeros((count, 3)) if moments is None else moments, *out)
+        frame_maps(self.frames, nodes, rates, np.zeros((count, 3)) if moments is None else moments, *out)
         return out

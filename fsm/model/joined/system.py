@@ -245,8 +245,7 @@ class JoinedSystem(JoinedConfiguration):
             acting = body_damping if by_rates is None else by_rates
             add_condensed(*blocks, acting, self._first, members, turning, *places, stiffness)
         add_curvatures(
-            joined.pattern.indptr, joined.pattern.indices, self.frames.first, self._vector_rows, self.frames.along,
-            self.frames.across, curvatures, stiffness,
+            joined.pattern.indptr, joined.pattern.indices, self.frames, self._vector_rows, curvatures, stiffness,
         )  # fmt: skip
         force = np.zeros(self.nu)
         own = force[self._nu :]
