@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from fsm.interactions.hinge_planar import tangent_hinge_planar
-from fsm.interactions.hinge_spatial import tangent_hinge_spatial
+from fsm.interactions.hinge_planar import stiffness_hinge_planar
+from fsm.interactions.hinge_spatial import derivatives_hinge_spatial, stiffness_hinge_spatial
 from fsm.interactions.pose_planar import MeasureTangents, tangent_pose_planar
 from fsm.interactions.pose_spatial import tangent_pose_spatial
 from fsm.kernels.body_poses import retract_poses
-from fsm.kernels.scatter import scatter_efforts
+from fsm.kernels.scatter import add_block, scatter_efforts
 from fsm.laws.crease import crease_moment, curve_from_data, join_curves
 from fsm.model.bodies.group import BlockSums, BodyPattern, BodyState, PreviousPoses, body_pattern
 from fsm.model.elements.creases import CreaseGroup
@@ -92,19 +92,25 @@ def one_after_the_other(
         rate = (value - group.measure(past.poses, rates, BODIES, *group.geometry)[0]) / past.duration
         rates = np.zeros_like(rates)
     force, stiffness, damping = np.zeros_like(rates), pattern.zeros(), pattern.zeros()
-    if isinstance(group, BushingGroup):
-        effort = bushing(value, rate, group.rest, group.stiffness, group.damping)
-        efforts: tuple[Any, ...] = (MeasureTangents(gradient, effort, group.stiffness, group.damping), pattern.index)
-    else:
-        effort, slope = crease_moment(value, rate, group.law)
-        efforts = effort, slope, group.damping, *pattern.index
-    scatter_efforts(BODIES, gradient, effort, len(BODIES), force)
     spatial = poses.shape[1] == 7
     if isinstance(group, BushingGroup):
+        effort = bushing(value, rate, group.rest, group.stiffness, group.damping)
+        measured = MeasureTangents(gradient, effort, group.stiffness, group.damping)
         tangent: Any = tangent_pose_spatial if spatial else tangent_pose_planar
+        tangent(poses, rates, BODIES, *group.geometry, measured, pattern.index, stiffness, damping)
     else:
-        tangent = tangent_hinge_spatial if spatial else tangent_hinge_planar
-    tangent(poses, rates, BODIES, *group.geometry, *efforts, stiffness, damping)
+        effort, slope = crease_moment(value, rate, group.law)
+        second = np.zeros((len(BODIES), 6, 6))
+        if spatial:
+            second = derivatives_hinge_spatial(poses, BODIES, *group.geometry[:2])[1]
+            stiffness_hinge_spatial(poses, BODIES, *group.geometry[:2], effort, slope, pattern.index, stiffness)
+        else:
+            stiffness_hinge_planar(BODIES, slope, pattern.index, stiffness)
+        dof, *index = pattern.index
+        for ends, g, h, c in zip(BODIES, gradient[:, 0], second, group.damping, strict=True):
+            add_block(c * np.outer(g, h.T @ rates[ends].ravel()), dof, ends, *index, stiffness)
+            add_block(c * np.outer(g, g), dof, ends, *index, damping)
+    scatter_efforts(BODIES, gradient, effort, len(BODIES), force)
     return force, stiffness, damping
 
 
