@@ -240,7 +240,7 @@ class SegmentSystem(SegmentForces):
             else:
                 others.append(one)
         without = self.variant(self.bodies, self.motions, tuple(others))
-        remaining = without._linearised(t, q, None, None, self.efforts(t, q)).stiffness
+        remaining = without.linearise(t, q, None, None, self.efforts(t, q)).stiffness
         return LockedSprings(rows, np.concatenate(stiffness), remaining)
 
     @cached_property
