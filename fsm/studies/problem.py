@@ -325,9 +325,9 @@ def numbers_of(summary: Mapping[str, Any]) -> dict[str, tuple[Any, str]]:
             found[key] = found[name] = (value, unit.rstrip(")"))
     for entry in summary.get("reactions", ()):
         found |= {f"{key} at {entry['joint']}": (entry[key], unit) for key, unit in _REACTIONS.items() if key in entry}
-    impulses = [event["impulse"] for event in summary.get("joint_events", ()) if event.get("what") == "latch closes"]
-    found |= {"latch_impulse": (max(impulses), "N m s")} if impulses else {}
     closed = [event for event in summary.get("joint_events", ()) if event.get("what") == "latch closes"]
+    impulses = [event["impulse"] for event in closed]
+    found |= {"latch_impulse": (max(impulses), "N m s")} if impulses else {}
     times = [event["time"] for event in closed if "time" in event]
     return found | ({LATCH_TIME: (times[0], "s")} if times else {})
 
