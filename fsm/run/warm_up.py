@@ -39,7 +39,7 @@ _TEMPLATES = Path(__file__).parents[1] / "cli" / "templates"
 """Cases of `fsm init`."""
 
 
-def _segments(make: Callable[[], WarmUp]) -> None:
+def _segments(make: Callable[[], WarmUp], methods: tuple[str, ...] = _INTEGRATORS) -> None:
     """Evaluate states with and without contact, and then solve the first instants."""
     warm = make()
     _, system = compile_case(warm.case)
@@ -67,7 +67,7 @@ def _segments(make: Callable[[], WarmUp]) -> None:
     if system.motions:
         follow(system, PathSettings(end, end / 2.0), [0.0, end], lambda saved: None)
         negative_pivots(system, 0.0, q)
-    for method in _INTEGRATORS:
+    for method in methods:
         simulate(system, Settings(method, 1e-3, end), [0.0, end], lambda saved: None)
 
 
