@@ -8,7 +8,7 @@ Steps of a run, for all analyses.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
@@ -18,7 +18,7 @@ from fsm.case.models.solve import Kind
 from fsm.model.plan.in_python import of_compiler
 from fsm.results.array import ArrayMotion
 from fsm.results.curve import ForceCurve
-from fsm.results.quantities import peaks
+from fsm.results.quantities import summarise_drive
 from fsm.results.solution import Layout, Solution
 from fsm.results.step_data import StepModes
 from fsm.solve.interface.system import System
@@ -295,15 +295,9 @@ def step_summaries(done: Sequence[StepResult], points: list[CurvePoint], solutio
             "events": len(result.events),
         }
         if part and len(part[0].drive.force):
-            forces = np.array([point.drive.force for point in part])
-            drive = int(np.argmax(np.abs(forces).max(axis=0) > 0.0))
-            whole = ForceCurve.from_points(part)
-            curve = replace(whole, travel=whole.travel[:, [drive]], force=whole.force[:, [drive]])
-            one["drive"] = solution.layout.drive_names[drive]
-            one["peak_force"], one["peak_travel"] = peaks(curve).largest
-            one["peak_kind"] = "quasi-static" if curve.has_quasi_static else "dynamic"
-            one["final_force"] = float(forces[-1, drive])
-            one["final_travel"] = float(part[-1].drive.travel[drive])
+            curve = ForceCurve.from_points(part)
+            drive = int(np.argmax(np.abs(curve.force).max(axis=0) > 0.0))
+            one |= {"drive": solution.layout.drive_names[drive]} | summarise_drive(curve, drive)
         if result.loads:
             one["loads"] = {
                 name: {"size": size, "displacement": moved} for name, (size, moved) in result.loads.items()

@@ -43,7 +43,6 @@ def tensioned(
     ends: np.ndarray,
     loading: Loading | None = None,
     steps: int = 1,
-    end_time: float = 1.0,
     settle: bool = False,
 ) -> AncfSystem:
     """System for the vibration: at rest in the tensioned state, with its ends held.
@@ -51,14 +50,13 @@ def tensioned(
     Parameters
     ----------
     pulled : AncfSystem
-        System with the forces or motions of the pull, which reach their final values at `end_time`.
+        System with the forces or motions of the pull, which reach their final values at 1 s.
     ends : int array
         Coordinates that are held after the pull.
     loading : Loading, optional
         Loading of the vibration.
     steps : int
         Load steps of the pull.
-    end_time : float, s
     settle : bool
         Whether to find a stable state by minimising the energy. This is necessary for wrinkles, because the flat state
         is unstable, and for tension fields, because slack parts have no stiffness.
@@ -70,11 +68,11 @@ def tensioned(
     """
     q, _ = pulled.initial()
     if settle:
-        for t in np.linspace(0.0, end_time, steps + 1)[1:]:
+        for t in np.linspace(0.0, 1.0, steps + 1)[1:]:
             q = settled(pulled, float(t), q).q
     else:
-        q = equilibrium(pulled, q, np.linspace(0.0, end_time, steps + 1))
-    return pulled.held(pulled.place(end_time, q, None)[0], ends, loading)
+        q = equilibrium(pulled, q, np.linspace(0.0, 1.0, steps + 1))
+    return pulled.held(pulled.place(1.0, q, None)[0], ends, loading)
 
 
 def settled(

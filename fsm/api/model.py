@@ -9,10 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from fsm.api.case import Case, load
-from fsm.case.loading.overrides import check_path
+from fsm.case.loading.overrides import check_path, place_at
 from fsm.case.models.case import root
 from fsm.case.schema.model import Model as Section
-from fsm.case.schema.schema import Place
 from fsm.errors import CaseError
 
 if TYPE_CHECKING:
@@ -79,13 +78,10 @@ class Model:
         problem = check_path(path)
         if problem:
             raise CaseError(f"{path}: {problem}", "Model.add")
-        place: Place | None = root({})
-        here = self._tables
+        place, here = place_at({}, path), self._tables
         *outer, last = path.split(".")
         for key in outer:
-            place = place.step(key) if place else None
             here = here.setdefault(key, {})
-        place = place.step(last) if place else None
         if place is not None and place.is_list_of_sections():
             here.setdefault(last, []).append(section)
         elif isinstance(section, Mapping) and isinstance(here.get(last), Mapping):

@@ -114,9 +114,7 @@ def calibrate_bending(data: Path, options: Options) -> Calibration:
 # the segment model ---------------------------------------------------------------------------------------------------
 
 
-def cantilever_curve(
-    deflection: float, slenderness: float | None = None, segments: int = SEGMENTS
-) -> CubicHermiteSpline:
+def cantilever_curve(deflection: float, slenderness: float | None = None) -> CubicHermiteSpline:
     """Tip deflection over length, g, as a function of F L^2/EI, from 0 to beyond the given deflection.
 
     Parameters
@@ -125,9 +123,8 @@ def cantilever_curve(
         Deflection over length, at most 0.95.
     slenderness : -
         Length over thickness, for axial and shear deformation (nu = 0.3); None neglects both.
-    segments : int
     """
-    scene = _cantilever(segments, _INEXTENSIBLE if slenderness is None else 12.0 * slenderness**2)
+    scene = _cantilever(SEGMENTS, _INEXTENSIBLE if slenderness is None else 12.0 * slenderness**2)
     system = compile_scene(scene)
     solver = LinearSolver()
     tip = np.zeros(system.nu)
@@ -140,14 +137,14 @@ def cantilever_curve(
         # the relation is exact, because it is linear in the load
         change = system.force(load + 1.0, at, None) - system.force(load, at, None)
         moved = solver.solve(change)
-        return float(moved[-2] - 0.5 / segments * math.cos(at[-1]) * moved[-1])
+        return float(moved[-2] - 0.5 / SEGMENTS * math.cos(at[-1]) * moved[-1])
 
     slopes.append(slope(0.0, q))
     while tips[-1] < deflection or len(loads) < 3:
         load = loads[-1] + max(_STEP, 0.1 * loads[-1])
         q = equilibrium(system, q, np.array([loads[-1], load]))
         loads.append(load)
-        tips.append(float(q[-2] - 0.5 / segments * math.sin(q[-1])))
+        tips.append(float(q[-2] - 0.5 / SEGMENTS * math.sin(q[-1])))
         slopes.append(slope(load, q))
     return CubicHermiteSpline(loads, tips, slopes)
 

@@ -320,7 +320,7 @@ def _identification(
             "add points or remove parameters"
         )
         raise CaseError(Fault("parameter", text))
-    spread = _spread(problem, unknowns, residuals, jacobian)
+    spread = _spread(problem, residuals, jacobian)
     freedom = spread.freedom if math.isfinite(spread.freedom) else 0
     positive = tuple(path for path, logarithmic in zip(problem.paths, problem.logarithmic, strict=True) if logarithmic)
     estimate = Estimate(tuple(names), values, spread.covariance, freedom, positive)
@@ -346,7 +346,7 @@ def _identification(
     )
 
 
-def _spread(problem: _Problem, unknowns: np.ndarray, residuals: np.ndarray, jacobian: np.ndarray) -> ParameterSpread:
+def _spread(problem: _Problem, residuals: np.ndarray, jacobian: np.ndarray) -> ParameterSpread:
     """Covariance from repeats or known scatter, model discrepancy, and priors."""
     gain = fit_gain(jacobian)
     linearised, start = [], 0

@@ -12,9 +12,9 @@ from typing import Annotated, Any, Self
 from pydantic import BaseModel, Field, model_validator
 
 from fsm.case.loading.model_file import read_file
-from fsm.case.models.case import Case, root
+from fsm.case.loading.overrides import keys_of, place_at
+from fsm.case.models.case import Case
 from fsm.case.schema.model import Model
-from fsm.case.schema.schema import Place
 from fsm.case.schema.units import Count, Force, Length, Number
 from fsm.errors import CaseError, Fault
 
@@ -174,7 +174,7 @@ def value_at(case: Case, path: str) -> float:
         The path has no value, or its value is not a continuous number.
     """
     value: Any = case
-    for key in _keys(path):
+    for key in keys_of(path):
         value = _child(value, key)
         if value is None:
             raise CaseError(Fault(path, "the case has no number there; add the number, or correct the path"))
@@ -192,21 +192,15 @@ def with_values(case: Case, values: Mapping[str, float]) -> Case:
     """
     changed: Any = case
     for path, value in values.items():
-        changed = _replace_at(changed, _keys(path), float(value))
+        changed = _replace_at(changed, keys_of(path), float(value))
     assert isinstance(changed, Case)
     return changed
 
 
 def unit_of(case: Case, path: str) -> str:
-    """SI unit of the value at a path of a case (empty without unit); other keys, such as an exponent, may determine it."""
-    place: Place | None = root(case.model_dump())
-    for key in _keys(path):
-        place = place.step(key) if place is not None else None
+    """SI unit of the value at a path of a case (empty without unit)."""
+    place = place_at(case.model_dump(), path)
     return place.unit() if place is not None else ""
-
-
-def _keys(path: str) -> list[str | int]:
-    return [int(key) if key.isascii() and key.isdigit() else key for key in path.split(".")]
 
 
 def _child(parent: Any, key: str | int) -> Any:

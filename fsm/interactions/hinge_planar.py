@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsm.interactions.contact.shapes import BlockIndex
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_block
 
@@ -27,28 +28,14 @@ def measure_hinge_planar(
 
 
 @kernel
-def tangent_hinge_planar(
-    poses: np.ndarray,
-    rates: np.ndarray,
-    bodies: np.ndarray,
-    angle_offset: np.ndarray,
-    effort: np.ndarray,
-    stiffness: np.ndarray,
-    damping: np.ndarray,
-    dof: np.ndarray,
-    indptr: np.ndarray,
-    indices: np.ndarray,
-    stiffness_data: np.ndarray,
-    damping_data: np.ndarray,
+def stiffness_hinge_planar(
+    bodies: np.ndarray, stiffness: np.ndarray, index: BlockIndex, stiffness_data: np.ndarray
 ) -> None:
-    """Add K and D of all hinges; `stiffness` (m, 1) N m/rad, `damping` (m,) N m s/rad."""
+    """Add K of all hinges; `stiffness` (m, 1), N m/rad."""
+    dof, indptr, indices = index
     block = np.zeros((6, 6))
     for i in range(bodies.shape[0]):
         for sign_row, row in ((1.0, 2), (-1.0, 5)):
             for sign_column, column in ((1.0, 2), (-1.0, 5)):
                 block[row, column] = sign_row * sign_column * stiffness[i, 0]
         add_block(block, dof, bodies[i], indptr, indices, stiffness_data)
-        for sign_row, row in ((1.0, 2), (-1.0, 5)):
-            for sign_column, column in ((1.0, 2), (-1.0, 5)):
-                block[row, column] = sign_row * sign_column * damping[i]
-        add_block(block, dof, bodies[i], indptr, indices, damping_data)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsm.interactions.contact.shapes import BlockIndex
 from fsm.interactions.swing_twist import increments, relative_quaternion, second_increment, twist_measure
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
@@ -60,44 +61,19 @@ def measure_hinge_spatial(
 
 
 @kernel
-def tangent_hinge_spatial(
-    poses: np.ndarray,
-    rates: np.ndarray,
-    bodies: np.ndarray,
-    axes_inner: np.ndarray,
-    axes_outer: np.ndarray,
-    angle_offset: np.ndarray,
-    effort: np.ndarray,
-    stiffness: np.ndarray,
-    damping: np.ndarray,
-    dof: np.ndarray,
-    indptr: np.ndarray,
-    indices: np.ndarray,
-    stiffness_data: np.ndarray,
-    damping_data: np.ndarray,
-) -> None:
-    """Add K and D of all hinges; `effort` and `stiffness` (m, 1), `damping` (m,)."""
+def stiffness_hinge_spatial(
+    poses: np.ndarray, bodies: np.ndarray, axes_inner: np.ndarray, axes_outer: np.ndarray, effort: np.ndarray,
+    stiffness: np.ndarray, index: BlockIndex, stiffness_data: np.ndarray,
+) -> None:  # fmt: skip
+    """Add K of all hinges; `effort` and `stiffness` (m, 1), N m and N m/rad."""
     gradients, hessians = derivatives_hinge_spatial(poses, bodies, axes_inner, axes_outer)
-    turned, speed, block = np.zeros(12), np.zeros(12), np.zeros((12, 12))
+    (dof, indptr, indices), block = index, np.zeros((12, 12))
     for i in range(bodies.shape[0]):
         gradient, hessian = gradients[i], hessians[i]
-        speed[3:6] = rates[bodies[i, 0], 3:]
-        speed[9:12] = rates[bodies[i, 1], 3:]
-        for n in range(12):
-            total = 0.0
-            for m in range(12):
-                total += hessian[m, n] * speed[m]
-            turned[n] = total
         for m in range(12):
             for n in range(12):
-                block[m, n] = (
-                    gradient[m] * (stiffness[i, 0] * gradient[n] + damping[i] * turned[n]) + effort[i, 0] * hessian[m, n]
-                )
+                block[m, n] = gradient[m] * (stiffness[i, 0] * gradient[n]) + effort[i, 0] * hessian[m, n]
         add_block(block, dof, bodies[i], indptr, indices, stiffness_data)
-        for m in range(12):
-            for n in range(12):
-                block[m, n] = damping[i] * gradient[m] * gradient[n]
-        add_block(block, dof, bodies[i], indptr, indices, damping_data)
 
 
 @kernel

@@ -26,6 +26,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsm.interactions.contact.shapes import BlockIndex
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_block
 
@@ -202,9 +203,7 @@ def linearise_ligament_planar(
     constants: np.ndarray,
     before: np.ndarray,
     per_second: float,
-    dof: np.ndarray,
-    indptr: np.ndarray,
-    indices: np.ndarray,
+    index: BlockIndex,
     force: np.ndarray,
     stiffness_data: np.ndarray,
     damping_data: np.ndarray,
@@ -217,9 +216,10 @@ def linearise_ligament_planar(
     Parameters
     ----------
     poses ... per_second, force : as in `force_ligament_planar`
-    dof, indptr, indices : block-sparse pattern
+    index : arrays of the block-sparse pattern
     stiffness_data, damping_data : (n_blocks, 3, 3) arrays, changed in place
     """
+    dof, indptr, indices = index
     value, gradient, second = np.empty(3), np.empty((3, 6)), np.zeros((3, 6, 6))
     block_k, block_d, speed, turned = np.empty((6, 6)), np.empty((6, 6)), np.empty(6), np.zeros(6)
     for i in range(bodies.shape[0]):

@@ -8,13 +8,9 @@ Coordinates of an element: (x, z, phi) of the inner body a, then of the outer bo
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
-from fsm.interactions.contact.shapes import BlockIndex
 from fsm.kernels.jit import kernel
-from fsm.kernels.scatter import add_block
 
 
 @kernel
@@ -79,77 +75,3 @@ def measure_pose_planar(
                 total += gradient[i, k, c] * rates[a, c] + gradient[i, k, 3 + c] * rates[b, c]
             rate[i, k] = total
     return value, rate, gradient
-
-
-class MeasureTangents(NamedTuple):
-    """Gradients (m, k, n), efforts, and derivatives of efforts with respect to measures and their rates, (m, k) each."""
-
-    gradient: np.ndarray
-    effort: np.ndarray
-    stiffness: np.ndarray
-    damping: np.ndarray
-
-
-@kernel
-def tangent_pose_planar(
-    poses: np.ndarray,
-    rates: np.ndarray,
-    bodies: np.ndarray,
-    point_inner: np.ndarray,
-    point_outer: np.ndarray,
-    axes_angle: np.ndarray,
-    angle_offset: np.ndarray,
-    measured: MeasureTangents,
-    index: BlockIndex,
-    stiffness_data: np.ndarray,
-    damping_data: np.ndarray,
-) -> None:
-    """Add K = -dh/dx and D = -dh/du of all force elements to the block matrices.
-
-    K = sum_k g_k (k_k g_k + c_k H_k u)^T + e_k H_k, D = sum_k c_k g_k g_k^T, with H_k the second derivative of Z_k. H_k
-    gives the geometric stiffness, and the change of the damper's rate when the bodies rotate.
-    """
-    gradient, effort, stiffness, damping = measured
-    dof, indptr, indices = index
-    second = np.zeros((6, 6))
-    block_k = np.zeros((6, 6))
-    block_d = np.zeros((6, 6))
-    speed = np.empty(6)
-    turned = np.empty(6)
-    for i in range(bodies.shape[0]):
-        a, b = bodies[i, 0], bodies[i, 1]
-        ca, sa = np.cos(poses[a, 2]), np.sin(poses[a, 2])
-        armx = ca * point_inner[i, 0] + sa * point_inner[i, 1]
-        armz = -sa * point_inner[i, 0] + ca * point_inner[i, 1]
-        dx = poses[a, 0] + armx - poses[b, 0]
-        dz = poses[a, 1] + armz - poses[b, 1]
-        turn = poses[b, 2] + axes_angle[i]
-        ct, st = np.cos(turn), np.sin(turn)
-        speed[:3] = rates[a]
-        speed[3:] = rates[b]
-        block_k[:] = 0.0
-        block_d[:] = 0.0
-        for k in range(3):
-            g = gradient[i, k]
-            if k < 2:
-                ex, ez = (ct, -st) if k == 0 else (st, ct)
-                wx, wz = ez, -ex
-                second[0, 5] = wx
-                second[1, 5] = wz
-                second[2, 2] = -(ex * armx + ez * armz)
-                second[2, 5] = ex * armx + ez * armz
-                second[3, 5] = -wx
-                second[4, 5] = -wz
-                second[5, 5] = -(ex * dx + ez * dz)
-                for m in range(5):
-                    second[5, m] = second[m, 5]
-                turned[:] = second @ speed
-                block_k += effort[i, k] * second
-            else:
-                turned[:] = 0.0
-            for m in range(6):
-                for n in range(6):
-                    block_k[m, n] += g[m] * (stiffness[i, k] * g[n] + damping[i, k] * turned[n])
-                    block_d[m, n] += damping[i, k] * g[m] * g[n]
-        add_block(block_k, dof, bodies[i], indptr, indices, stiffness_data)
-        add_block(block_d, dof, bodies[i], indptr, indices, damping_data)

@@ -196,16 +196,6 @@ def _swing_slopes(
     )
 
 
-@kernel
-def swing_measures(
-    q: np.ndarray, half_way: bool, values: np.ndarray, first: np.ndarray, second: np.ndarray
-) -> None:
-    """Write s1 and s3 into `values` (2,), gradients (with respect to q) into `first` (2, 4), Hessians into `second`."""
-    values[0], values[1], slopes_1, slopes_3 = swing_slopes((q[0], q[1], q[2], q[3]), half_way)
-    _fill(slopes_1, first[0], second[0])
-    _fill(slopes_3, first[1], second[1])
-
-
 @kernel(inline=True)
 def _along(f: Quaternion, q: Quaternion) -> Vector:
     """f . dq for the rotations dq = 1/2 e_i q about the joint axes."""

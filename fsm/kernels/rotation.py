@@ -76,7 +76,11 @@ def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 @kernel
 def fill_inverse_tangent(x: float, y: float, z: float, out: np.ndarray) -> None:
-    """Write T^-1 of a rotation vector into `out` (3, 3); see `inverse_tangent_map`."""
+    """Write the inverse tangent map T^-1 of a rotation vector v into `out` (3, 3): log(exp(v) exp(d)) = v + T^-1(v) d for a
+    small rotation d.
+
+    T^-1(v) = I + 1/2 [v] + (1 - a/2 cot(a/2))/a^2 [v]^2 with a = |v|       (Arnold and Bruls 2007, in body axes)
+    """
     square = x * x + y * y + z * z
     half = 0.5 * np.sqrt(square)
     factor = (1.0 - half / np.tan(half)) / square if half > 1e-3 else 1.0 / 12.0 + square / 720.0
@@ -86,26 +90,6 @@ def fill_inverse_tangent(x: float, y: float, z: float, out: np.ndarray) -> None:
     out[0, 1], out[1, 0] = factor * x * y - 0.5 * z, factor * x * y + 0.5 * z
     out[0, 2], out[2, 0] = factor * x * z + 0.5 * y, factor * x * z - 0.5 * y
     out[1, 2], out[2, 1] = factor * y * z - 0.5 * x, factor * y * z + 0.5 * x
-
-
-@kernel
-def inverse_tangent_map(vector: np.ndarray) -> np.ndarray:
-    """Inverse tangent map T^-1 of a rotation vector v: log(exp(v) exp(d)) = v + T^-1(v) d for a small rotation d.
-
-    T^-1(v) = I + 1/2 [v] + (1 - a/2 cot(a/2))/a^2 [v]^2 with a = |v|       (Arnold and Bruls 2007, in body axes)
-
-    Parameters
-    ----------
-    vector : (n, 3) array, rad
-
-    Returns
-    -------
-    (n, 3, 3) array
-    """
-    out = np.empty((vector.shape[0], 3, 3))
-    for i in range(vector.shape[0]):
-        fill_inverse_tangent(vector[i, 0], vector[i, 1], vector[i, 2], out[i])
-    return out
 
 
 @kernel

@@ -33,6 +33,9 @@ _MIN_STIFFNESS = 1.25
 _BISECTIONS = 60
 """Bisection steps for the opening at which slip begins."""
 
+SliderLaw = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+"""Stiffnesses (m,), N m/rad; numbers (m,) of the strengths in the `CurveTable` of strengths; and arrays of this table."""
+
 
 def strength_curve(opening: np.ndarray, strength: np.ndarray) -> MomentCurve:
     """Strength h(o) of the slider: monotone between the points, and constant outside them.
@@ -61,14 +64,7 @@ def hysteresis_stiffness(strength: MomentCurve, reversal: float) -> float:
 
 @kernel
 def slip_moment(
-    opening: np.ndarray,
-    slider: np.ndarray,
-    stiffness: np.ndarray,
-    curve: np.ndarray,
-    bounds: np.ndarray,
-    knots: np.ndarray,
-    coefficients: np.ndarray,
-    energies: np.ndarray,
+    opening: np.ndarray, slider: np.ndarray, law: SliderLaw
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Moment of the slider, its slope dM/do, and the new slider position.
 
@@ -77,15 +73,13 @@ def slip_moment(
     opening : (m,) array, rad
     slider : (m,) array, rad
         Slider positions in the last accepted state.
-    stiffness : (m,) array, N m/rad
-    curve : (m,) int array
-        Number of each crease's strength in the table.
-    bounds, knots, coefficients, energies : arrays of the `CurveTable` of strengths
+    law : SliderLaw
 
     Returns
     -------
     moment, slope, slider : (m,) arrays, N m, N m/rad, rad
     """
+    stiffness, curve, bounds, knots, coefficients, energies = law
     moment, slope = np.empty(opening.shape[0]), np.empty(opening.shape[0])
     moved = np.empty(opening.shape[0])
     for i in range(opening.shape[0]):
@@ -106,15 +100,7 @@ def slip_moment(
 
 @kernel
 def slip_energy(
-    begin: np.ndarray,
-    opening: np.ndarray,
-    slider: np.ndarray,
-    stiffness: np.ndarray,
-    curve: np.ndarray,
-    bounds: np.ndarray,
-    knots: np.ndarray,
-    coefficients: np.ndarray,
-    energies: np.ndarray,
+    begin: np.ndarray, opening: np.ndarray, slider: np.ndarray, law: SliderLaw
 ) -> tuple[np.ndarray, np.ndarray]:
     """Energy stored at an opening, and energy dissipated in the monotonic step to it, (m,) arrays, J.
 
@@ -122,8 +108,9 @@ def slip_energy(
     ----------
     begin : (m,) array, rad
         Openings in the last accepted state.
-    opening, slider, ... : as in `slip_moment`
+    opening, slider, law : as in `slip_moment`
     """
+    stiffness, curve, bounds, knots, coefficients, energies = law
     stored, dissipated = np.empty(opening.shape[0]), np.zeros(opening.shape[0])
     for i in range(opening.shape[0]):
         first, last = bounds[curve[i]], bounds[curve[i] + 1]
@@ -149,18 +136,9 @@ def slip_energy(
 
 
 @kernel
-def slip_power(
-    opening: np.ndarray,
-    rate: np.ndarray,
-    slider: np.ndarray,
-    stiffness: np.ndarray,
-    curve: np.ndarray,
-    bounds: np.ndarray,
-    knots: np.ndarray,
-    coefficients: np.ndarray,
-    energies: np.ndarray,
-) -> np.ndarray:
+def slip_power(opening: np.ndarray, rate: np.ndarray, slider: np.ndarray, law: SliderLaw) -> np.ndarray:
     """Power that every slider dissipates, (m,), W; `rate` of the opening (m,), rad/s, other arguments: `slip_moment`."""
+    stiffness, curve, bounds, knots, coefficients, energies = law
     power = np.zeros(opening.shape[0])
     for i in range(opening.shape[0]):
         _, strength, steepness = evaluate_curve(

@@ -48,7 +48,7 @@ def new_sliders(start: np.ndarray, stiffness: np.ndarray, curve: np.ndarray, tab
     """Sliders that start on the loading curve at the openings `start` (m,), rad; other arguments as in `Sliders`."""
     law = stiffness, curve, table.bounds, table.knots, table.coefficients, table.energies
     # a slider that is stretched beyond its strength lies on the loading curve
-    _, _, slider = slip_moment(start, np.full(len(start), -np.inf), *law)
+    _, _, slider = slip_moment(start, np.full(len(start), -np.inf), law)
     first = np.concatenate([[np.nan], start, slider, np.zeros(len(start))])
     return Sliders(*law, first.copy(), first)
 
@@ -81,9 +81,8 @@ def _part(s: Sliders, number: int) -> np.ndarray:
 @kernel
 def slider_moments(s: Sliders, opening: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Moments (m,) against the opening, N m, and their slopes, N m/rad."""
-    moment, slope, _ = slip_moment(
-        opening, _part(s, 1), s.stiffness, s.curve, s.bounds, s.knots, s.coefficients, s.energies
-    )
+    law = s.stiffness, s.curve, s.bounds, s.knots, s.coefficients, s.energies
+    moment, slope, _ = slip_moment(opening, _part(s, 1), law)
     return moment, slope
 
 
@@ -106,9 +105,9 @@ def slider_energy(
     """
     law = s.stiffness, s.curve, s.bounds, s.knots, s.coefficients, s.energies
     begin, slider, time = _part(s, 0), _part(s, 1), s.memory[0]
-    stored, lost = slip_energy(begin, opening, slider, *law)
+    stored, lost = slip_energy(begin, opening, slider, law)
     if per_second == 0.0:
-        return stored, slip_power(opening, rate, slider, *law)
+        return stored, slip_power(opening, rate, slider, law)
     # a step may be evaluated before or after its acceptance
     end = t if per_second > 0.0 else t - 1.0 / per_second
     if abs(time - end) * abs(per_second) <= _SAME:
@@ -116,7 +115,7 @@ def slider_energy(
     elif time > t and per_second > 0.0:  # within an accepted step
         return stored, _part(s, 2) / (time - t + 1.0 / per_second)
     elif per_second < 0.0:
-        lost = slip_energy(begin, other, slider, *law)[1]
+        lost = slip_energy(begin, other, slider, law)[1]
     return stored, lost * abs(per_second)
 
 
@@ -125,8 +124,8 @@ def accept_sliders(s: Sliders, t: float, opening: np.ndarray) -> None:
     """Store the positions of the sliders in an accepted state."""
     law = s.stiffness, s.curve, s.bounds, s.knots, s.coefficients, s.energies
     slider = _part(s, 1)
-    _, lost = slip_energy(_part(s, 0), opening, slider, *law)
-    _, _, moved = slip_moment(opening, slider, *law)
+    _, lost = slip_energy(_part(s, 0), opening, slider, law)
+    _, _, moved = slip_moment(opening, slider, law)
     s.memory[0] = t
     _part(s, 0)[:] = opening
     slider[:] = moved

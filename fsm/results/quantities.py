@@ -314,16 +314,18 @@ def summarise_drives(curve: ForceCurve, names: Sequence[str]) -> list[dict[str, 
 
     * `name`, `peak_force`, `peak_travel`, `peak_kind`, `final_force`, `final_travel`: as in `summarise`
     """
-    found = []
-    for k, name in enumerate(names):
-        own = replace(curve, travel=curve.travel[:, [k]], force=curve.force[:, [k]])
-        largest = peaks(own).largest
-        found.append({
-            "name": name, "peak_force": largest.force, "peak_travel": largest.travel,
-            "peak_kind": "quasi-static" if own.has_quasi_static else "dynamic",
-            "final_force": float(own.force[-1, 0]), "final_travel": float(own.travel[-1, 0]),
-        })  # fmt: skip
-    return found
+    return [{"name": name} | summarise_drive(curve, k) for k, name in enumerate(names)]
+
+
+def summarise_drive(curve: ForceCurve, k: int) -> dict[str, Any]:
+    """Numbers of drive k in `summarise_drives`."""
+    own = replace(curve, travel=curve.travel[:, [k]], force=curve.force[:, [k]])
+    largest = peaks(own).largest
+    return {
+        "peak_force": largest.force, "peak_travel": largest.travel,
+        "peak_kind": "quasi-static" if own.has_quasi_static else "dynamic",
+        "final_force": float(own.force[-1, 0]), "final_travel": float(own.travel[-1, 0]),
+    }  # fmt: skip
 
 
 def _touches(curve: ForceCurve, pair_names: Sequence[str]) -> list[dict[str, Any]]:

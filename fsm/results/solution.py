@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Literal
 
@@ -288,24 +288,9 @@ class Solution(_Fields):
         return ForceCurve(self.travel, self.force, self.pair_force, self.time, path, energy["panels"], energy["creases"])
 
     @classmethod
-    def from_records(
-        cls,
-        records: Sequence[Record],
-        layout: Layout,
-        stats: dict[str, Any] | None = None,
-        summary: dict[str, Any] | None = None,
-    ) -> Solution:
-        """Stack records over time.
-
-        Raises
-        ------
-        ValueError
-            There is no record, or a record has an unknown energy.
-        """
-        if not records:
-            raise ValueError("a solution needs at least one record")
-        solution = cls.from_rows(stack(records, layout), layout)
-        return replace(solution, stats=dict(stats or {}), summary=dict(summary or {}))
+    def from_records(cls, records: Sequence[Record], layout: Layout) -> Solution:
+        """Stack records over time."""
+        return cls.from_rows(stack(records, layout), layout)
 
     @classmethod
     def from_rows(cls, rows: Mapping[str, Any], layout: Layout) -> Solution:

@@ -89,19 +89,19 @@ def spectrum(time: ArrayLike, values: ArrayLike) -> Spectrum:
     return Spectrum(np.fft.rfftfreq(len(t), step), lines, 1.0 / (len(t) * step))
 
 
-def high_lines(time: ArrayLike, values: ArrayLike, part: float = 0.5) -> list[float]:
-    """Frequencies (Hz) of the high lines of the spectrum, the highest first, each from a separate fit.
+def high_lines(time: ArrayLike, values: ArrayLike) -> list[float]:
+    """Frequencies (Hz) of the lines of the spectrum of at least half the highest, the highest first, each from a separate
+    fit.
 
     Parameters
     ----------
     time : (n,) array, s          equally spaced
     values : (n,) array
-    part : lines whose bins are at least this part of the highest one
     """
     lines = spectrum(time, values)
     height = np.concatenate([[0.0], lines.amplitude[1:], [0.0]])
     bins = np.flatnonzero((height[1:-1] > height[:-2]) & (height[1:-1] >= height[2:])) + 1
-    bins = bins[(height[bins] >= part * height.max()) & (bins < len(lines.frequency))]
+    bins = bins[(height[bins] >= 0.5 * height.max()) & (bins < len(lines.frequency))]
     bins = bins[np.argsort(-height[bins], kind="stable")]
     found: list[float] = []
     for k in bins:

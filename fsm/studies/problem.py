@@ -17,10 +17,9 @@ import numpy as np
 
 from fsm.calibrate.study import value_at
 from fsm.case.loading.load_case import LoadedCase, load_tables
-from fsm.case.loading.overrides import Given, apply_overrides, check_path, split_override
-from fsm.case.models.case import Case, root
+from fsm.case.loading.overrides import Given, apply_overrides, check_path, place_at, split_override
+from fsm.case.models.case import Case
 from fsm.case.models.study import StudyResponse, Value
-from fsm.case.schema.schema import Place
 from fsm.case.schema.units import did_you_mean, to_si, with_unit
 from fsm.errors import CaseError, Fault, FsmError
 from fsm.registry import load_extensions
@@ -164,7 +163,7 @@ def case_problem(
     if few_states and not saves and _needs_few_states(base.case, responses):
         changed["save"] = {"intervals": _FEW}
         base = load_tables(changed, (), file)
-    places = {path: _place(changed, path) for path in paths}
+    places = {path: place for path in paths if (place := place_at(changed, path)) is not None}
     texts = [path for path, place in places.items() if int not in place.variants() and float not in place.variants()]
     if texts:
         raise CaseError([Fault(path, "is not a number of the case; only numbers can be varied") for path in texts], source)
@@ -209,15 +208,6 @@ def _function(path: Path, name: str) -> Any:
     return found
 
 
-def _place(tables: Mapping[str, Any], path: str) -> Place:
-    """Place of a valid path in a case; other keys, such as an exponent, may determine its unit."""
-    place: Place | None = root(tables)
-    for key in path.split("."):
-        place = place.step(int(key) if key.isdigit() else key) if place is not None else None
-    assert place is not None
-    return place
-
-
 def nominal_value(problem: Problem, base: LoadedCase, path: str) -> float | None:
     """Value (SI) of the case at a path; None if it has none.
 
@@ -227,7 +217,8 @@ def nominal_value(problem: Problem, base: LoadedCase, path: str) -> float | None
         The case has something else than a number there.
     """
     assert problem.tables is not None
-    written = _place(problem.tables, path).value
+    place = place_at(problem.tables, path)
+    written = None if place is None else place.value
     if written is None:
         try:
             return value_at(base.case, path)
@@ -325,9 +316,9 @@ def numbers_of(summary: Mapping[str, Any]) -> dict[str, tuple[Any, str]]:
             found[key] = found[name] = (value, unit.rstrip(")"))
     for entry in summary.get("reactions", ()):
         found |= {f"{key} at {entry['joint']}": (entry[key], unit) for key, unit in _REACTIONS.items() if key in entry}
-    impulses = [event["impulse"] for event in summary.get("joint_events", ()) if event.get("what") == "latch closes"]
-    found |= {"latch_impulse": (max(impulses), "N m s")} if impulses else {}
     closed = [event for event in summary.get("joint_events", ()) if event.get("what") == "latch closes"]
+    impulses = [event["impulse"] for event in closed]
+    found |= {"latch_impulse": (max(impulses), "N m s")} if impulses else {}
     times = [event["time"] for event in closed if "time" in event]
     return found | ({LATCH_TIME: (times[0], "s")} if times else {})
 

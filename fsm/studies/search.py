@@ -181,8 +181,8 @@ class Search:
         units = self.units()
         keys = [one.key for one in self.problem.responses]
         head = [
-            "run", *(_head(path, self.problem.units[path]) for path in self.paths),
-            *(_head(one, units[one]) for one in keys),
+            "run", *(heading_of(path, self.problem.units[path]) for path in self.paths),
+            *(heading_of(one, units[one]) for one in keys),
             "all bounds kept" if target is None else "within the tolerance", "error",
         ]  # fmt: skip
         rows = []
@@ -202,5 +202,6 @@ class Search:
         plot_search(folder / FIGURE, key, units[key], self.response(key), feasible, target, columns)
 
 
-def _head(name: str, unit: str) -> str:
+def heading_of(name: str, unit: str) -> str:
+    """Heading of a column with its unit."""
     return f"{name} ({unit})" if unit else name

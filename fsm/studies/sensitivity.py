@@ -283,7 +283,7 @@ def _scatter(
     return {one.path: float(np.std(one.quantile(_QUANTILES))) for one in scatters}, correlation
 
 
-def sensitivity_lines(found: Sensitivity, level: float = 0.95) -> list[str]:
+def sensitivity_lines(found: Sensitivity) -> list[str]:
     """Lines for the terminal, the largest effect first."""
     lines = [f"{found.name} = {found.value:.6g} {found.unit}".rstrip()]
     order = sorted(found.derivatives, key=lambda one: -abs(one.slope * (one.sigma or one.value)))
@@ -295,11 +295,11 @@ def sensitivity_lines(found: Sensitivity, level: float = 0.95) -> list[str]:
         lines.append(text)
     deviation = found.deviation()
     if deviation is not None:
-        half = float(stats.norm.ppf(0.5 + 0.5 * level)) * deviation
+        half = float(stats.norm.ppf(0.975)) * deviation
         low, high = found.value - half, found.value + half
         lines.append(
             f"first-order scatter of {found.name}: standard deviation {deviation:.4g} {found.unit}, "
-            f"{100 * level:g} % band {low:.5g} to {high:.5g} {found.unit}"
+            f"95 % band {low:.5g} to {high:.5g} {found.unit}"
         )
     return [*lines, *(f"warning: {text}" for text in found.warnings)]
 

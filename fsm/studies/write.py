@@ -17,6 +17,7 @@ from fsm.io.json_values import finite_values
 from fsm.io.provenance import provenance
 from fsm.studies.problem import CURVE
 from fsm.studies.result import RANDOM, StudyResult
+from fsm.studies.search import heading_of
 
 REPORT, TABLE, ARRAYS, PAGE = "study.json", "study.csv", "study.h5", "report.html"
 """Files of a study, beside `PARQUET`."""
@@ -36,15 +37,11 @@ def write_study(result: StudyResult, folder: Path, page: bool = True) -> None:
     write_figures_and_page(result, folder, folder / PAGE)
 
 
-def _head(name: str, unit: str) -> str:
-    return f"{name} ({unit})" if unit else name
-
-
 def _write_table(result: StudyResult, folder: Path) -> None:
     """Write one row for each run, as CSV and Parquet: parameters with all digits, responses and the cause of a failure."""
     keys = [one.key for one in result.file.response]
-    head = ["run", *(_head(one.path, one.unit) for one in result.scatters)]
-    head += [*(_head(key, result.nominal.units[key]) for key in keys), "snaps", "error"]
+    head = ["run", *(heading_of(one.path, one.unit) for one in result.scatters)]
+    head += [*(heading_of(key, result.nominal.units[key]) for key in keys), "snaps", "error"]
     rows = [
         [
             number, *values, *([None if run is None else run.responses[key] for key in keys]),

@@ -120,8 +120,7 @@ def test_frames_move_with_a_rigid_motion(facets: str, place: str, at: list[float
     frames, row = system.frames, system.bodies.names.index("frame")
     start = system.elements.start
     poses, near = np.zeros((len(system.bodies.names), 7)), np.tile([1.0, 0.0, 0.0, 0.0], (len(frames.bodies), 1))
-    arrays = frames.first, frames.vectors, frames.weights, frames.along, frames.across, frames.fixed, frames.oriented
-    place_frames(frames.bodies, *arrays, start, near, poses)
+    place_frames(frames, start, near, poses)
     before = poses[row].copy()
     if point is not None:
         assert before[:3] == pytest.approx(point, abs=1e-12)
@@ -132,7 +131,7 @@ def test_frames_move_with_a_rigid_motion(facets: str, place: str, at: list[float
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     shift = np.where(np.repeat(system.elements.mesh.is_position, 1), np.tile([1.0, 2.0, 3.0], len(start) // 3), 0.0)
     moved = (start.reshape(-1, 3) @ turn.T).ravel() + shift
-    place_frames(frames.bodies, *arrays, moved, near, poses)
+    place_frames(frames, moved, near, poses)
     assert poses[row, :3] == pytest.approx(turn @ before[:3] + [1.0, 2.0, 3.0], abs=1e-12)
     half = math.sqrt(0.5)
     w, x, y, z = before[3:]

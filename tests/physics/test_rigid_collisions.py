@@ -30,13 +30,13 @@ def forces(contacts: ShapeContacts, poses: np.ndarray, rates: np.ndarray) -> tup
     out = np.zeros((len(poses), 6))
     if not len(touching.slot):
         return out, 0.0, 0.0
-    bodies, _, gradient, tapered = contacts.measure(poses, rates, touching)
+    bodies, _, gradient = contacts.measure(poses, rates, 0.0)
     share, depth = contacts.share[touching.slot], -touching.gap
-    if tapered is not None:  # the change of a weight does work
-        rows, energy = tapered.rows, STIFFNESS * depth**2.5 / 2.5
-        effort = (share * energy)[rows, None]
-        scatter_efforts(bodies[rows], tapered.gradient[:, None], effort, len(rows), out)
-        share[rows] *= tapered.part
+    rows, part, change, _ = contacts.kernels.tapered(contacts.table, poses, len(depth))
+    if len(rows):  # the change of a weight does work
+        effort = (share * STIFFNESS * depth**2.5 / 2.5)[rows, None]
+        scatter_efforts(bodies[rows], change[:, None], effort, len(rows), out)
+        share[rows] *= part
     effort = np.zeros((len(share), 4))
     effort[:, 0] = -share * STIFFNESS * depth**1.5
     scatter_efforts(bodies, gradient, effort, len(share), out)

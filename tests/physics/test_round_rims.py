@@ -56,7 +56,7 @@ def test_the_gap_is_that_of_a_circle(floor: str, tilt: float) -> None:
 
 def energy_and_force(contacts: ShapeContacts, poses: np.ndarray) -> tuple[float, np.ndarray]:
     touching = contacts.find(poses, 0.0)
-    _, _, gradient, _ = contacts.measure(poses, np.zeros((2, 6)), touching)
+    gradient = contacts.measure(poses, np.zeros((2, 6)), 0.0).gradient
     share, depth = contacts.share[touching.slot], -touching.gap
     return float(np.sum(share * depth**2.5)), np.einsum("i,ij->j", 2.5 * share * depth**1.5, gradient[:, 0])
 

@@ -47,29 +47,29 @@ def test_the_spring_is_stiffer_than_the_strength_is_steep() -> None:
 def test_work_is_stored_or_lost_on_any_way(turns: list[float]) -> None:
     """The moment integrated along the path against the closed form, with reversals within one step."""
     at, slider = 0.2, 0.2 - CURVE(0.2)[1] / STIFFNESS
-    stored = slip_energy(one(at), one(at), one(slider), *LAW)[0][0]
+    stored = slip_energy(one(at), one(at), one(slider), LAW)[0][0]
     for turn in turns:
         way = np.linspace(at, turn, 20001)
         count = len(way)
         many = (np.full(count, STIFFNESS), np.zeros(count, dtype=np.int64), *LAW[2:])
-        moment, _, _ = slip_moment(way, np.full(count, slider), *many)
+        moment, _, _ = slip_moment(way, np.full(count, slider), many)
         work = float(np.trapezoid(moment, way))
-        energy, lost = (array[0] for array in slip_energy(one(at), one(turn), one(slider), *LAW))
+        energy, lost = (array[0] for array in slip_energy(one(at), one(turn), one(slider), LAW))
         assert lost >= -1e-15
         assert abs(moment[-1]) <= CURVE(turn)[1] + 1e-15
         assert work == pytest.approx(energy - stored + lost, abs=1e-9)
-        slider, at, stored = slip_moment(one(turn), one(slider), *LAW)[2][0], turn, energy
+        slider, at, stored = slip_moment(one(turn), one(slider), LAW)[2][0], turn, energy
 
 
 @settings(deadline=None, max_examples=60)
 @given(st.floats(-0.3, 1.8), st.floats(-0.3, 1.8), st.floats(0.0, 1.0))
 def test_a_step_taken_in_two_is_the_same_step(begin: float, end: float, part: float) -> None:
     slider = begin - CURVE(begin)[1] / STIFFNESS
-    whole = slip_energy(one(begin), one(end), one(slider), *LAW)
+    whole = slip_energy(one(begin), one(end), one(slider), LAW)
     middle = begin + part * (end - begin)
-    first = slip_energy(one(begin), one(middle), one(slider), *LAW)
-    moved = slip_moment(one(middle), one(slider), *LAW)[2]
-    second = slip_energy(one(middle), one(end), moved, *LAW)
+    first = slip_energy(one(begin), one(middle), one(slider), LAW)
+    moved = slip_moment(one(middle), one(slider), LAW)[2]
+    second = slip_energy(one(middle), one(end), moved, LAW)
     assert second[0] == pytest.approx(whole[0], abs=1e-15)
     assert first[1] + second[1] == pytest.approx(whole[1], abs=1e-13)
 
@@ -77,19 +77,19 @@ def test_a_step_taken_in_two_is_the_same_step(begin: float, end: float, part: fl
 def test_power_is_the_rate_of_what_is_lost() -> None:
     begin, slider, step = 0.1, 0.1 - CURVE(0.1)[1] / STIFFNESS, 1e-6
     for opening, rate in ((0.37, 2.0), (0.9, 0.5), (-0.2, -1.0)):
-        after = slip_energy(one(begin), one(opening + rate * step), one(slider), *LAW)[1]
-        before = slip_energy(one(begin), one(opening - rate * step), one(slider), *LAW)[1]
-        power = slip_power(one(opening), one(rate), one(slider), *LAW)
+        after = slip_energy(one(begin), one(opening + rate * step), one(slider), LAW)[1]
+        before = slip_energy(one(begin), one(opening - rate * step), one(slider), LAW)[1]
+        power = slip_power(one(opening), one(rate), one(slider), LAW)
         assert power == pytest.approx((after - before) / (2 * step), rel=1e-5)
         assert power[0] > 0.0
-        assert slip_power(one(opening), one(-rate), one(slider), *LAW)[0] == 0.0
+        assert slip_power(one(opening), one(-rate), one(slider), LAW)[0] == 0.0
 
 
 def test_the_slope_is_the_derivative_of_the_moment() -> None:
     slider, step = 0.3, 1e-7
     for opening in (-0.2, 0.29, 0.302, 0.37, 1.2):
-        slope = slip_moment(one(opening), one(slider), *LAW)[1]
-        ahead, behind = (slip_moment(one(opening + s), one(slider), *LAW)[0] for s in (step, -step))
+        slope = slip_moment(one(opening), one(slider), LAW)[1]
+        ahead, behind = (slip_moment(one(opening + s), one(slider), LAW)[0] for s in (step, -step))
         assert slope == pytest.approx((ahead - behind) / (2 * step), rel=1e-5, abs=1e-9)
 
 

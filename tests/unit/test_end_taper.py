@@ -74,8 +74,8 @@ def states(system: SegmentSystem, count: int) -> list[tuple[np.ndarray, np.ndarr
         u = 0.01 * rng.standard_normal(system.nu) * length
         poses, rates = system.place(0.0, q, u)
         geometry = system.contacts[0].geometry
-        tapered = geometry.measure(poses, rates, geometry.find(poses, 0.0)).tapered
-        assert tapered is not None and np.any((tapered.part > 0.05) & (tapered.part < 0.95))
+        part = geometry.kernels.tapered(geometry.table, poses, len(geometry.measure(poses, rates, 0.0).bodies))[1]
+        assert np.any((part > 0.05) & (part < 0.95))
         found.append((q, u))
     return found
 

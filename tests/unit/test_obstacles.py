@@ -177,4 +177,3 @@ def test_pairs_become_geometries(spatial: bool) -> None:
     np.testing.assert_array_equal(kinds, [HALF_SPACE, BOX, CYLINDER, SPHERE])
     across = [0.2, 0.4] if spatial else [np.inf, np.inf]
     np.testing.assert_allclose(sizes[1:], [[0.1, across[0], 0.3], [0.3, across[1], 0.3], [0.2, 0.2, 0.2]])
-    assert compile_shapes(given._replace(scene=scene.model_copy(update={"contact": None}))) == ()

@@ -64,7 +64,7 @@ class State:
 
     def found(self) -> tuple[ActiveContacts, ContactKinematics]:
         touching = self.contacts.find(self.poses, 0.0)
-        return touching, self.contacts.measure(self.poses, self.rates, touching)
+        return touching, self.contacts.measure(self.poses, self.rates, 0.0)
 
     def force(self, with_friction: bool = True) -> np.ndarray:
         touching, measured = self.found()

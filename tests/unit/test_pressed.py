@@ -39,7 +39,7 @@ def test_linearised_at_their_own_depths_they_are_as_ever(spatial: bool, damping:
     u = system.difference(before[1], q) / SINCE
     efforts = system.efforts(TIME, q, before)
     plain = system.linearise(TIME, q, u, before)
-    mixed = system.linearise_mixed(TIME, q, u, before, efforts, own_depths(system, q))
+    mixed = system.linearise(TIME, q, u, before, efforts, own_depths(system, q))
     size = np.abs(plain.force).max()
     np.testing.assert_allclose(mixed.force, plain.force, atol=1e-12 * size)
     for own, other in ((mixed.stiffness, plain.stiffness), (mixed.damping, plain.damping)):
@@ -88,8 +88,7 @@ def test_advanced_they_are_the_new_depths_to_first_order(spatial: bool, damping:
         closing = []
         for state in (q, there):
             poses, rates = system.place(TIME, state, system.difference(before[1], state) / SINCE, before)
-            touching = only_contacts(system).geometry.find(poses, 0.0)
-            closing.append(-only_contacts(system).geometry.measure(poses, rates, touching).rate[:, 0])
+            closing.append(-only_contacts(system).geometry.measure(poses, rates, 0.0).rate[:, 0])
         depth = own_depths(system, q)[0].depth
         old, slopes = law.law.force(depth, closing[0], kept, share, law.params)
         new, _ = law.law.force(found.depth, closing[1], kept, share, law.params)

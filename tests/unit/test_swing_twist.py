@@ -17,7 +17,7 @@ from fsm.interactions.swing_twist import (
     product,
     relative_quaternion,
     second_increment,
-    swing_measures,
+    swing_slopes,
     twist_measure,
 )
 from fsm.kernels.rotation import exponential, multiply
@@ -32,18 +32,17 @@ def scalar_first(rotation: Rotation) -> np.ndarray:
 
 def measures(q: np.ndarray, half_way: bool = False) -> np.ndarray:
     """(s1, psi, s3)."""
-    values, first, second = np.empty(2), np.empty((2, 4)), np.empty((2, 4, 4))
-    swing_measures(q, half_way, values, first, second)
-    return np.array([values[0], twist_measure(q, np.empty(4), np.empty((4, 4))), values[1]])
+    s1, s3, _, _ = swing_slopes(tuple(q), half_way)
+    return np.array([s1, twist_measure(q, np.empty(4), np.empty((4, 4))), s3])
 
 
 def derivatives(q: np.ndarray, half_way: bool = False) -> tuple[np.ndarray, np.ndarray]:
     """Gradients (3, 4) and Hessians (3, 4, 4) of (s1, psi, s3)."""
     first, second = np.empty((3, 4)), np.empty((3, 4, 4))
     twist_measure(q, first[1], second[1])
-    swing_first, swing_second = np.empty((2, 4)), np.empty((2, 4, 4))
-    swing_measures(q, half_way, np.empty(2), swing_first, swing_second)
-    first[[0, 2]], second[[0, 2]] = swing_first, swing_second
+    _, _, *slopes = swing_slopes(tuple(q), half_way)
+    for k in range(2):
+        swing_twist._fill(slopes[k], first[2 * k], second[2 * k])
     return first, second
 
 

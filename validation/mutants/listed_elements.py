@@ -446,7 +446,7 @@ JOINTS = (
     Mutant(
         "multipliers of joints that advance without the increment",
         "fsm/model/elements/joints.py",
-        "(value[i] + _along(rates, bodies[i], gradient[i]))",
+        "(value[i] + along[i])",
         "value[i]",
         physics_test("ideal_joints", "test_a_light_coupler_takes_no_more_iterations"),
     ),

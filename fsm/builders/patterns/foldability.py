@@ -19,6 +19,8 @@ from fsm.case.pattern_files.pattern import Pattern
 _CREASES = "MVU"
 _EITHER = "UFJ"
 """Letters of creases and bend lines that can fold to either side or remain flat."""
+_SAME = 1e-6
+"""Alternating sum of sector angles that is round-off, rad."""
 _NAMED = 20
 """Largest number of vertices in a line."""
 _STRAIGHT = 1e-6
@@ -49,7 +51,7 @@ class Foldability(NamedTuple):
         return not (self.rigid or self.kawasaki or self.maekawa)
 
 
-def foldability(pattern: Pattern, bends: bool = False, tolerance: float = 1e-6) -> Foldability | None:
+def foldability(pattern: Pattern, bends: bool = False) -> Foldability | None:
     """Conditions at all inner vertices; None for a pattern without a flat state.
 
     Vertices without creases count as inner vertices that meet all conditions. Unassigned creases count for Kawasaki's
@@ -59,7 +61,6 @@ def foldability(pattern: Pattern, bends: bool = False, tolerance: float = 1e-6) 
     ----------
     pattern : Pattern
     bends : whether facets bend along the bend lines of the pattern
-    tolerance : rad, largest alternating sum of sector angles
     """
     if pattern.flat is None:
         return None
@@ -86,7 +87,7 @@ def foldability(pattern: Pattern, bends: bool = False, tolerance: float = 1e-6) 
             blocked.append(vertex)
         angles = np.array([angle for angle, _ in lines])
         sectors = np.diff(angles, append=angles[0] + 2.0 * math.pi)
-        if len(lines) % 2 or abs(float(sectors[::2].sum() - sectors[1::2].sum())) > tolerance:
+        if len(lines) % 2 or abs(float(sectors[::2].sum() - sectors[1::2].sum())) > _SAME:
             kawasaki.append(vertex)
         letters = [letter for _, letter in lines]
         if "U" not in letters and abs(letters.count("M") - letters.count("V")) != 2:

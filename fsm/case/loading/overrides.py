@@ -12,6 +12,7 @@ from typing import Any
 
 from fsm.case.models.case import root
 from fsm.case.schema.faults import unknown_key
+from fsm.case.schema.schema import Place
 from fsm.errors import Fault
 
 
@@ -89,6 +90,14 @@ def check_path(path: str) -> str:
             )
         place, walked = following, f"{walked}.{key}" if walked else str(key)
     return ""
+
+
+def place_at(data: Mapping[str, Any], path: str) -> Place | None:
+    """Place of a dotted path in a case; other keys, such as an exponent, may determine its unit. None if there is none."""
+    place: Place | None = root(data)
+    for key in keys_of(path):
+        place = place.step(key) if place is not None else None
+    return place
 
 
 def keys_of(path: str) -> list[str | int]:

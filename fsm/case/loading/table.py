@@ -27,10 +27,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from fsm.case.loading.load_case import LoadedCase, SharedSections, first_faults, read_case
-from fsm.case.loading.overrides import REMOVE, apply_overrides, check_path, keys_of, split_override
+from fsm.case.loading.overrides import REMOVE, apply_overrides, check_path, keys_of, place_at, split_override
 from fsm.case.loading.toml_file import read_text, read_toml
 from fsm.case.loading.toml_text import case_text
-from fsm.case.models.case import Case, root
+from fsm.case.models.case import Case
 from fsm.case.schema.units import parse_unit
 from fsm.errors import CaseError, Fault
 from fsm.text.short_repr import ShortRepr
@@ -203,10 +203,8 @@ def read_table(
 def _unit_at(base: Mapping[str, Any], rows: Sequence[_Row], path: str) -> str:
     """SI unit of a column; a unit may depend on other keys of its section."""
     row = next(row for row in rows if path in row.values)
-    place = root(apply_overrides(base, row.values.items())[0])
-    for key in keys_of(path):
-        place = place.step(key) or root({})
-    return place.unit()
+    place = place_at(apply_overrides(base, row.values.items())[0], path)
+    return place.unit() if place is not None else ""
 
 
 def _value_at(case: Any, path: str, cell: str) -> Any:

@@ -196,6 +196,12 @@ def pattern_of(t: np.ndarray) -> Pattern:
 
 
 @kernel
+def index_of(t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Arrays of the pattern, see `fsm.interactions.contact.shapes.BlockIndex`."""
+    return integers_1d(t, DOF), integers_1d(t, PATTERN), integers_1d(t, PATTERN + 1)
+
+
+@kernel
 def springs_of(t: np.ndarray) -> Springs:
     """Springs of the table."""
     k = _SPRINGS

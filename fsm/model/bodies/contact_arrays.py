@@ -33,7 +33,9 @@ class GeometryKernels(NamedTuple):
     select : ``select(g, rows)``
         Keep only these rows (ascending) of the arrays that `find` has written for this geometry alone.
     tapered : ``tapered(g, poses, count) -> rows, part, gradient, hessian``
-        Contacts whose weights change with the poses; see `fsm.model.contact.contact_table.Tapered`.
+        Rows (m,) of contacts whose weights change with the poses (`fsm.interactions.surfaces.end_taper` and
+        `fsm.interactions.shapes.face_weights`), factors (m,) of these weights, and their derivatives (m, k size) and
+        (m, k size, k size) with respect to the coordinates of the bodies.
     tangent : ``tangent(g, poses, rates, count, stiffness, damping)``
     passed : ``passed(g, poses)``
         Number of the first pair whose sides have passed through each other since the last accepted state; -1 for none.

@@ -17,8 +17,7 @@ from fsm.case.models.loads import Drive
 from fsm.case.models.scene import DIRECTIONS, GROUND, Body, ForceElement, Plate, Scene
 from fsm.errors import CaseError, Fault
 from fsm.kernels.rotation import multiply, rotation_matrix
-from fsm.laws.crease import CreaseLaws, MomentCurve, join_curves
-from fsm.laws.crease_sliders import new_sliders
+from fsm.laws.crease import CreaseLaws, join_curves
 from fsm.model.bodies.configuration import Bodies, BodyLine
 from fsm.model.bodies.drive import Axis, PrescribedMotion, program_of, time_function, unit
 from fsm.model.bodies.group import Group, GroupSteps
@@ -29,7 +28,7 @@ from fsm.model.compile.compile_joint_forces import cord_groups, joint_forces
 from fsm.model.compile.compile_joints import joint_group
 from fsm.model.elements.actuators import ActuatorGroup
 from fsm.model.elements.couplings import TWIST, CouplingGroup, Joints
-from fsm.model.elements.crease_curves import Hysteresis, curve_of, hysteresis_of
+from fsm.model.elements.crease_curves import curve_of, hysteresis_of, sliders_of_laws
 from fsm.model.elements.creases import CreaseGroup
 from fsm.model.elements.element_angles import half_way_swings, initial_twists, rest_twists, side_of
 from fsm.model.elements.element_group import ElementGroup
@@ -360,16 +359,8 @@ class SceneCompiler:
         elements = [e for e in elements if e.crease is not None]
         if not elements:
             return None
-        curves: list[MomentCurve] = []
-        numbers: dict[tuple[object, float], int] = {}
-        which = []
-        for element in elements:
-            assert element.crease is not None
-            key = (element.crease, element.crease_flexibility)
-            if key not in numbers:
-                numbers[key] = len(curves)
-                curves.append(curve_of(*key))
-            which.append(numbers[key])
+        keys = [(e.crease, e.crease_flexibility) for e in elements if e.crease is not None]
+        numbers = {key: number for number, key in enumerate(dict.fromkeys(keys))}
         axes = self._joint_axes(elements)
         geometry = axes if self.spatial else axes[1:]
         initial = self._initial(elements)
@@ -381,8 +372,8 @@ class SceneCompiler:
             side * np.array(rest),
             side,
             np.array([e.rotation_damping[1] for e in elements]),
-            np.array(which, dtype=np.int64),
-            join_curves(curves),
+            np.array([numbers[key] for key in keys], dtype=np.int64),
+            join_curves([curve_of(*key) for key in numbers]),
             np.array([e.crease_flexibility for e in elements]),
             tuple(e.name for e in elements),
         )
@@ -390,32 +381,20 @@ class SceneCompiler:
     def _hysteresis(self, creases: CreaseGroup, elements: list[ForceElement]) -> HysteresisGroup | None:
         """Friction sliders of the creases whose loading and unloading curves are different."""
         elements = [e for e in elements if e.crease is not None]
-        found: dict[tuple[object, float], Hysteresis | None] = {}
-        for element in elements:
-            assert element.crease is not None
-            key = (element.crease, element.crease_flexibility)
-            if key not in found:
-                found[key] = hysteresis_of(*key)
-        known = [(key, curve) for key, curve in found.items() if curve is not None]
-        if not known:
+        keys = dict.fromkeys((e.crease, e.crease_flexibility) for e in elements if e.crease is not None)
+        start = np.array(self._initial(elements))
+        sliders, chosen = sliders_of_laws([hysteresis_of(*key) for key in keys], creases.law, start)
+        if sliders is None:
             return None
-        numbers = {key: number for number, (key, _) in enumerate(known)}
-        keys = [(e.crease, e.crease_flexibility) for e in elements]
-        chosen = [i for i, key in enumerate(keys) if key in numbers]
-        which = [numbers[keys[i]] for i in chosen]
-        start = creases.rest - creases.side * np.array(self._initial(elements))
         rest, side, _, curve, *table = creases.law
         return HysteresisGroup(
             creases.bodies[chosen],
             tuple(array[chosen] for array in creases.geometry),
             CreaseLaws(rest[chosen], side[chosen], np.zeros(len(chosen)), curve[chosen], *table),
             creases.flexibility[chosen],
-            new_sliders(
-                start[chosen], np.array([known[number][1].stiffness for number in which]), np.array(which, dtype=np.int64),
-                join_curves([curve.strength for _, curve in known]),
-            ),
-            tuple(elements[i].name for i in chosen),
-        )  # fmt: skip
+            sliders,
+            tuple(elements[i].name for i in chosen.tolist()),
+        )
 
     def _ends(self, elements: list[ForceElement]) -> np.ndarray:
         return np.array([[self.index[e.inner], self.index[e.outer]] for e in elements], dtype=np.int64)

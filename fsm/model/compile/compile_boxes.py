@@ -15,8 +15,7 @@ from fsm.model.contact.touching import Touching
 def compile_boxes(touching: Touching) -> tuple[PairContacts, ...]:
     """Compile the geometry of pairs of two obstacles that are boxes, without pairs of which no body can move."""
     contact = touching.scene.contact
-    if contact is None:
-        return ()
+    assert contact is not None
     index = {body.name: number for number, body in enumerate(touching.bodies)}
     known = {obstacle.name: obstacle for obstacle in touching.scene.obstacles}
     pairs, boxes = [], []

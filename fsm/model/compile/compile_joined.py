@@ -92,8 +92,7 @@ def _mobility(scene: Scene, elements: AncfSystem, frames: Frames) -> dict[str, n
     """Inverse of the inertia (6,) of the frames that joints act on at the start, by name; zero along held coordinates."""
     used = {name for joint in scene.joints for name in (joint.first, joint.second)}
     maps = np.zeros((len(frames.vectors), 6, 3))
-    own = frames.first, frames.vectors, frames.weights, frames.along, frames.across, frames.fixed, frames.oriented
-    frame_maps(*own, elements.start, np.zeros(elements.nu), maps, np.zeros((len(frames.bodies), 6)))
+    frame_maps(frames, elements.start, np.zeros(elements.nu), maps, np.zeros((len(frames.bodies), 6)))
     found = {}
     for i, frame in enumerate(scene.frames):
         if frame.name in used:

@@ -33,8 +33,6 @@ def compile_shapes(touching: Touching) -> tuple[ContactTable, ...]:
     The gap always includes the thickness of these plates. Without thickness, plates would have no rounding, and points could
     not penetrate.
     """
-    if touching.scene.contact is None:
-        return ()
     compiler = _ShapeCompiler(touching)
     built: tuple[ContactTable | None, ...] = (
         compiler.plates(), compiler.obstacles(), compiler.solids(), compiler.films(touching.scene),

@@ -19,7 +19,7 @@ from fsm.kernels.tables import Table, as_declared, empty_arrays, with_rows
 from fsm.model.bodies import contact_arrays as row
 from fsm.model.bodies.contact_arrays import ContactArrays, GeometryKernels
 from fsm.model.bodies.group import BodyPattern
-from fsm.model.contact.array_contact_state import find_slots, renew_search
+from fsm.model.contact.array_contact_state import find_slots, measure_slots, renew_search
 from fsm.model.contact.contact_memory import ContactDepths, ContactMemory
 from fsm.model.contact.geometry_calls import calls_of
 
@@ -35,33 +35,10 @@ class ActiveContacts(NamedTuple):
     slot : (count,) int array
     gap : (count,) array, m
         Negative when they touch.
-    at : tuple of arrays
-        Positions on the faces; their form depends on the geometry.
     """
 
     slot: np.ndarray
     gap: np.ndarray
-    at: tuple[np.ndarray, ...]
-
-
-class Tapered(NamedTuple):
-    """Contacts whose weights change with the poses: `fsm.interactions.surfaces.end_taper` and
-    `fsm.interactions.shapes.face_weights`.
-
-    Attributes
-    ----------
-    rows : (m,) int array
-        Rows of the contacts.
-    part : (m,) array
-        Factor of each contact's weight.
-    gradient, hessian : (m, k size) and (m, k size, k size) arrays
-        Derivatives of the factor with respect to the coordinates of the contact's bodies.
-    """
-
-    rows: np.ndarray
-    part: np.ndarray
-    gradient: np.ndarray
-    hessian: np.ndarray
 
 
 class ContactKinematics(NamedTuple):
@@ -75,13 +52,11 @@ class ContactKinematics(NamedTuple):
         Rate of the gap; slip velocity, along the face in the plane (c = 1), in inertial axes in space (c = 3).
     gradient : (count, 1 + c, k size) array
         rate = gradient . rates of the bodies.
-    tapered : Tapered or None
     """
 
     bodies: np.ndarray
     rate: np.ndarray
     gradient: np.ndarray
-    tapered: Tapered | None = None
 
 
 class ContactTable(ABC):
@@ -111,8 +86,6 @@ class ContactTable(ABC):
     """Whether a renewal of the broad phase in compiled steps gives slots other numbers."""
     fades: ClassVar[bool] = False
     """Whether the depth of a contact, as a result, fades out with its tapered weight."""
-    found: ClassVar[tuple[str, ...]] = ()
-    """Arrays that `find` writes for this geometry alone."""
     table: Any
 
     def __init__(
@@ -255,22 +228,16 @@ class ContactTable(ABC):
 
     def find(self, poses: np.ndarray, below: float) -> ActiveContacts:
         """Find the slots whose gap is below a bound, m; the bound is at most the margin."""
-        count, common, own = self.search(poses, below), self.common, self.own
+        count, common = self.search(poses, below), self.common
         self.touched += 1
-        at = tuple(getattr(own, name)[:count].copy() for name in self.found)
-        return ActiveContacts(common.slot[:count].copy(), common.gap[:count].copy(), at)
+        return ActiveContacts(common.slot[:count].copy(), common.gap[:count].copy())
 
-    def measure(self, poses: np.ndarray, rates: np.ndarray, touching: ActiveContacts) -> ContactKinematics:
-        """Compute rates and gradients of the contacts that `find` returned at the same poses."""
-        count, common = len(touching.slot), self.common
-        self.touched, common.state[row.FOUND] = self.touched + 1, -1
-        common.slot[:count], common.gap[:count] = touching.slot, touching.gap
-        for name, values in zip(self.found, touching.at, strict=True):
-            getattr(self.own, name)[:count] = values
-        self.kernels.measure(self.table, poses, rates, count)
-        tapered = Tapered(*self.kernels.tapered(self.table, poses, count))
-        bodies, rate, gradient = (values[:count].copy() for values in (common.bodies, common.rate, common.gradient))
-        return ContactKinematics(bodies, rate, gradient, tapered if len(tapered.rows) else None)
+    def measure(self, poses: np.ndarray, rates: np.ndarray, below: float) -> ContactKinematics:
+        """Compute rates and gradients of the contacts that `find` returns."""
+        count, common = self.search(poses, below), self.common
+        self.touched += 1
+        measure_slots(self.table, poses, rates, count)
+        return ContactKinematics(*(values[:count].copy() for values in (common.bodies, common.rate, common.gradient)))
 
     def call_with(self, pattern: BodyPattern, function: Any, *arguments: Any) -> None:
         """Call a function whose first argument is the table, with another pattern."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -9,8 +10,9 @@ import numpy as np
 
 from fsm.case.models.materials import UNREAD, Crease, FamilyCrease, LinearCrease, SplineCrease
 from fsm.errors import CaseError, Fault
-from fsm.laws.crease import MomentCurve, add_flexibility, curve_from_data
+from fsm.laws.crease import CreaseLaws, MomentCurve, add_flexibility, curve_from_data, join_curves, openings_of
 from fsm.laws.crease_hysteresis import hysteresis_stiffness, strength_curve
+from fsm.laws.crease_sliders import Sliders, new_sliders
 
 _POINTS = 400
 """Number of openings at which the branches are compared."""
@@ -95,3 +97,18 @@ def _openings(branches: list[MomentCurve]) -> np.ndarray:
     """Openings over the range of all branches."""
     low, high = max(b.knots[0] for b in branches), min(b.knots[-1] for b in branches)
     return np.linspace(low, high, _POINTS)
+
+
+def sliders_of_laws(
+    found: Sequence[Hysteresis | None], curves: CreaseLaws, start: np.ndarray
+) -> tuple[Sliders | None, np.ndarray]:
+    """Sliders of laws with two branches at the angles `start` (m,), rad, and the folds that have them."""
+    known = [number for number, hysteresis in enumerate(found) if hysteresis is not None]
+    chosen = np.flatnonzero(np.isin(curves.curve, known))
+    if not len(chosen):
+        return None, chosen
+    which = np.searchsorted(known, curves.curve[chosen])
+    laws = [hysteresis for hysteresis in found if hysteresis is not None]
+    opening = openings_of(curves, chosen, start)
+    stiffness = np.array([law.stiffness for law in laws])[which]
+    return new_sliders(opening, stiffness, which.astype(np.int64), join_curves([law.strength for law in laws])), chosen

@@ -1,4 +1,4 @@
-"""Elements on the hinge angle between two bodies: the common rows of their tables, and kernels that measure and add."""
+"""Elements on the hinge angle between two bodies: the common rows of their tables, and kernels that measure."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from fsm.interactions.hinge_planar import measure_hinge_planar, tangent_hinge_planar
-from fsm.interactions.hinge_spatial import measure_hinge_spatial, tangent_hinge_spatial
-from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d
+from fsm.interactions.hinge_planar import measure_hinge_planar
+from fsm.interactions.hinge_spatial import measure_hinge_spatial
+from fsm.kernels.addresses import floats_1d, floats_2d
 from fsm.kernels.jit import kernel
-from fsm.model.bodies.arrays import DAMPING, DOF, POSES, RATES, STIFFNESS, pattern_of
+from fsm.model.bodies.arrays import POSES, RATES
 from fsm.model.elements.element_group import LAST, OWN, ElementGroup, bodies_of
 
 AXES_INNER, AXES_OUTER, OFFSET, AFTER_HINGE = range(OWN, OWN + 4)
@@ -32,31 +32,6 @@ def spatial_angles(table: np.ndarray, own: np.ndarray) -> tuple[np.ndarray, np.n
     return measure_hinge_spatial(
         floats_2d(table, POSES), floats_2d(table, RATES), bodies_of(own), floats_2d(own, AXES_INNER),
         floats_2d(own, AXES_OUTER), floats_1d(own, OFFSET),
-    )  # fmt: skip
-
-
-@kernel
-def planar_tangents(
-    table: np.ndarray, own: np.ndarray, effort: np.ndarray, slope: np.ndarray, damping: np.ndarray
-) -> None:
-    """Add K and D of efforts (m, 1) with their slopes (m, 1) and dampings (m,)."""
-    p = pattern_of(table)
-    tangent_hinge_planar(
-        floats_2d(table, POSES), floats_2d(table, RATES), bodies_of(own), floats_1d(own, OFFSET), effort, slope, damping,
-        integers_1d(table, DOF), p.rows, p.columns, floats_3d(table, STIFFNESS), floats_3d(table, DAMPING),
-    )  # fmt: skip
-
-
-@kernel
-def spatial_tangents(
-    table: np.ndarray, own: np.ndarray, effort: np.ndarray, slope: np.ndarray, damping: np.ndarray
-) -> None:
-    """Add K and D of efforts (m, 1) with their slopes (m, 1) and dampings (m,)."""
-    p = pattern_of(table)
-    tangent_hinge_spatial(
-        floats_2d(table, POSES), floats_2d(table, RATES), bodies_of(own), floats_2d(own, AXES_INNER),
-        floats_2d(own, AXES_OUTER), floats_1d(own, OFFSET), effort, slope, damping, integers_1d(table, DOF), p.rows,
-        p.columns, floats_3d(table, STIFFNESS), floats_3d(table, DAMPING),
     )  # fmt: skip
 
 

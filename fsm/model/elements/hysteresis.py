@@ -6,12 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsm.kernels.addresses import floats_1d, floats_2d
+from fsm.interactions.hinge_planar import stiffness_hinge_planar
+from fsm.interactions.hinge_spatial import stiffness_hinge_spatial
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import scatter_efforts
 from fsm.laws.crease import CreaseLaws, crease_laws_of, elastic_effort, openings_of
 from fsm.laws.crease_sliders import Sliders, accept_sliders, slider_energy, slider_moments, sliders_of
-from fsm.model.bodies.arrays import FORCE, STORED
+from fsm.model.bodies.arrays import FORCE, POSES, STIFFNESS, STORED, index_of
 from fsm.model.elements import hinges
 from fsm.model.elements.element_group import LAST, ElementKernels, bodies_of
 from fsm.model.elements.hinges import HingeGroup
@@ -62,7 +64,7 @@ def _planar_tangent(table: np.ndarray, own: np.ndarray, t: float, per_second: fl
     angle, _, gradient = hinges.planar_angles(table, own)
     effort, slope = _efforts(own, angle)
     _add_force(table, own, effort, gradient)
-    hinges.planar_tangents(table, own, effort, slope, np.zeros(angle.shape[0]))
+    stiffness_hinge_planar(bodies_of(own), slope, index_of(table), floats_3d(table, STIFFNESS))
     return 0.0
 
 
@@ -71,7 +73,10 @@ def _spatial_tangent(table: np.ndarray, own: np.ndarray, t: float, per_second: f
     angle, _, gradient = hinges.spatial_angles(table, own)
     effort, slope = _efforts(own, angle)
     _add_force(table, own, effort, gradient)
-    hinges.spatial_tangents(table, own, effort, slope, np.zeros(angle.shape[0]))
+    stiffness_hinge_spatial(
+        floats_2d(table, POSES), bodies_of(own), floats_2d(own, hinges.AXES_INNER), floats_2d(own, hinges.AXES_OUTER),
+        effort, slope, index_of(table), floats_3d(table, STIFFNESS),
+    )  # fmt: skip
     return 0.0
 
 

@@ -175,14 +175,6 @@ def penalty_of(mass: float, size: float, by_acceleration: float, energy: float) 
     return RIGID * energy * size if energy > 0.0 else STIFF * by_acceleration * mass
 
 
-@kernel(inline=True)
-def again(still: np.ndarray, part: float) -> float:
-    """Part of the last change of the multipliers to add, such that `part` of it counts from the last state on."""
-    left = part - still[1]
-    still[1] = part
-    return left
-
-
 @kernel
 def _advance(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     """Advance the multipliers by the part `per_second` of an increment of all bodies, which the rates of the model contain.
@@ -191,24 +183,44 @@ def _advance(table: np.ndarray, own: np.ndarray, t: float, per_second: float) ->
     the increment instead, and `LARGEST` the largest force of a multiplier, N; moments count over the length of a body.
     """
     rates, bodies, gradient = floats_2d(table, row.RATES), bodies_of(own), floats_2d(own, _GRADIENT)
-    effort, penalty, value = _efforts(own), floats_1d(own, _PENALTY), floats_1d(own, _VALUE)
-    felt, change, still, work = floats_1d(own, _FELT), floats_1d(own, _CHANGE), floats_1d(own, _STILL), 0.0
+    effort, felt = _efforts(own), floats_1d(own, _FELT)
+    along = np.empty(effort.shape[0])
+    if t == row.WORK or t == row.STEP:
+        for i in range(effort.shape[0]):
+            along[i] = _along(rates, bodies[i], gradient[i])
+    found = advance_efforts(
+        t, per_second, effort, floats_1d(own, _PENALTY), floats_1d(own, _VALUE), along, floats_1d(own, _CHANGE),
+        floats_1d(own, _SIZES), floats_1d(own, _STILL),
+    )  # fmt: skip
+    if t == row.STEP or t == row.AGAIN:
+        for i in range(effort.shape[0]):
+            felt[i] = effort[i]
+    return found
+
+
+@kernel
+def advance_efforts(
+    t: float, per_second: float, effort: np.ndarray, penalty: np.ndarray, value: np.ndarray, along: np.ndarray,
+    change: np.ndarray, sizes: np.ndarray, still: np.ndarray,
+) -> float:  # fmt: skip
+    """Advance the multipliers of locked directions, whose openings change by `along` (n,); see `ElementKernels`."""
+    work = 0.0
     if t == row.LARGEST:
         for i in range(effort.shape[0]):
-            work = max(work, abs(effort[i]) / np.sqrt(2.0 * floats_1d(own, _SIZES)[i]) / still[2])
+            work = max(work, abs(effort[i]) / np.sqrt(2.0 * sizes[i]) / still[2])
         return work
     if t == row.WORK:
         for i in range(effort.shape[0]):
-            work += penalty[i] * value[i] * _along(rates, bodies[i], gradient[i])
+            work += penalty[i] * value[i] * along[i]
         return work
     if t == row.STEP:
         still[1] = 0.0
         for i in range(effort.shape[0]):
-            change[i] = penalty[i] * (value[i] + _along(rates, bodies[i], gradient[i]))
-    part = again(still, per_second)
+            change[i] = penalty[i] * (value[i] + along[i])
+    part = per_second - still[1]
+    still[1] = per_second
     for i in range(effort.shape[0]):
         effort[i] += part * change[i]
-        felt[i] = effort[i]
     return 0.0
 
 

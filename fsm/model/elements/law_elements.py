@@ -20,15 +20,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fsm.interactions.pose_planar import MeasureTangents, measure_pose_planar, tangent_pose_planar
-from fsm.interactions.pose_spatial import measure_pose_spatial, tangent_pose_spatial
 from fsm.kernels.rotation import rotation_matrix
 from fsm.kernels.scatter import add_block, scatter_efforts
 from fsm.model.bodies.group import BlockSums, BodyState, Group
-from fsm.model.elements.elements import TwoBodyGroup
+from fsm.model.elements.elements import BUSHINGS, TwoBodyGroup
 
 _IN_PLANE = [0, 2, 4]
 """Indices of the three planar components among the six deformations of an element in space."""
+_NO_SLOPE = 1e-300
+"""Stiffness of constant efforts; kernels of linear springs leave out directions without a stiffness."""
 
 
 class ElementLaw(NamedTuple):
@@ -77,11 +77,7 @@ class LawGroup(TwoBodyGroup):
     @property
     def measure(self) -> Callable[..., Any]:
         """See `TwoBodyGroup`."""
-        return measure_pose_spatial if self._spatial else measure_pose_planar
-
-    @property
-    def _spatial(self) -> bool:
-        return len(self.geometry) == 6
+        return BUSHINGS[self.rest.shape[1]].measure
 
     def _measured(self, at: BodyState) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Deformations, their rates, and gradients."""
@@ -109,11 +105,12 @@ class LawGroup(TwoBodyGroup):
         value, rate, gradient = self._measured(at)
         effort, slope, by_rate = self.efforts(value, rate)
         scatter_efforts(self.bodies, gradient, effort, len(effort), sums.force)
-        # a difference of deformations does not depend on body rates
-        moving = at.rates if at.past is None else np.zeros_like(at.rates)
-        tangent: Callable[..., Any] = tangent_pose_spatial if self._spatial else tangent_pose_planar
-        measured = MeasureTangents(gradient, effort, slope, by_rate)
-        tangent(at.poses, moving, self.bodies, *self.geometry, measured, sums.pattern.index, *sums[2:])
+        kernels, pattern = BUSHINGS[self.rest.shape[1]], sums.pattern
+        constants = kernels.constants(*self.geometry, value, np.where(slope == 0.0, _NO_SLOPE, slope), by_rate)
+        kernels.in_one_pass.tangent(
+            at.poses, at.rates, self.bodies, constants, *self._before(at.rates, at.past), effort, self._slots(pattern),
+            np.zeros_like(at.rates), *sums[2:],
+        )
 
     def energy(self, at: BodyState) -> tuple[dict[str, float], float, float]:
         """See `Group`; the energy counts as energy of panels and joints."""

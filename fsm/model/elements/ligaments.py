@@ -16,9 +16,9 @@ from fsm.interactions.ligament_planar import (
     measure_ligament_planar,
     stored_ligament_planar,
 )
-from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d
 from fsm.kernels.jit import kernel
-from fsm.model.bodies.arrays import DAMPING, DOF, FORCE, POSES, RATES, STIFFNESS, STORED, pattern_of
+from fsm.model.bodies.arrays import DAMPING, FORCE, POSES, RATES, STIFFNESS, STORED, index_of
 from fsm.model.elements.element_group import LAST, OWN, ElementGroup, ElementKernels, bodies_of
 
 _CONSTANTS = OWN
@@ -35,11 +35,9 @@ def _force(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> f
 
 @kernel
 def _tangent(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
-    pattern = pattern_of(table)
     linearise_ligament_planar(
         floats_2d(table, POSES), floats_2d(table, RATES), bodies_of(own), floats_2d(own, _CONSTANTS), floats_2d(own, LAST),
-        per_second, integers_1d(table, DOF), pattern.rows, pattern.columns, floats_2d(table, FORCE),
-        floats_3d(table, STIFFNESS), floats_3d(table, DAMPING),
+        per_second, index_of(table), floats_2d(table, FORCE), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING),
     )  # fmt: skip
     return 0.0
 

@@ -19,7 +19,7 @@ from fsm.model.bodies.group import BodyState
 from fsm.model.elements import couplings
 from fsm.model.elements.couplings import Coupling, CouplingGroup
 from fsm.model.elements.element_group import OWN, bodies_of
-from fsm.model.elements.joints import PROJECTION, again, along_step, penalty_of, swap
+from fsm.model.elements.joints import PROJECTION, advance_efforts, along_step, penalty_of, swap
 
 _RATIOS, _MASSES, _PENALTY, _EFFORT, _BEND, _VALUE, _STILL, _SIZES, _CHANGE = range(
     couplings.FIRST_PARAMETER, couplings.FIRST_PARAMETER + 9
@@ -93,24 +93,15 @@ def _kept(own: np.ndarray) -> np.ndarray:
 @kernel
 def _advance(table: np.ndarray, own: np.ndarray, t: float, per_second: float) -> float:
     """See `fsm.model.elements.joints`."""
-    effort, penalty, value = floats_1d(own, _EFFORT), floats_1d(own, _PENALTY), floats_1d(own, _VALUE)
-    change, still, work = floats_1d(own, _CHANGE), floats_1d(own, _STILL), 0.0
-    if t == rows.LARGEST:
+    effort = floats_1d(own, _EFFORT)
+    along = np.empty(effort.shape[0])
+    if t == rows.WORK or t == rows.STEP:
         for i in range(effort.shape[0]):
-            work = max(work, abs(effort[i]) / np.sqrt(2.0 * floats_1d(own, _SIZES)[i]) / still[2])
-        return work
-    if t == rows.WORK:
-        for i in range(effort.shape[0]):
-            work += penalty[i] * value[i] * _along(table, own, i)
-        return work
-    if t == rows.STEP:
-        still[1] = 0.0
-        for i in range(effort.shape[0]):
-            change[i] = penalty[i] * (value[i] + _along(table, own, i))
-    part = again(still, per_second)
-    for i in range(effort.shape[0]):
-        effort[i] += part * change[i]
-    return 0.0
+            along[i] = _along(table, own, i)
+    return advance_efforts(
+        t, per_second, effort, floats_1d(own, _PENALTY), floats_1d(own, _VALUE), along, floats_1d(own, _CHANGE),
+        floats_1d(own, _SIZES), floats_1d(own, _STILL),
+    )  # fmt: skip
 
 
 @kernel

@@ -61,10 +61,11 @@ def _constraints(
     """Gradients (m, bodies * size) and gaps (m,), m, of all contacts with gaps below `reach`."""
     slopes, gaps = [np.zeros((0, rates.size))], [np.zeros(0)]
     for group in system.contacts:
-        near = group.geometry.find(poses, min(reach, group.geometry.margin))
+        below = min(reach, group.geometry.margin)
+        near = group.geometry.find(poses, below)
         if not len(near.slot):
             continue
-        measured = group.geometry.measure(poses, rates, near)
+        measured = group.geometry.measure(poses, rates, below)
         rows = np.zeros((len(near.slot), *rates.shape))
         gradient = measured.gradient[:, 0].reshape(*measured.bodies.shape, rates.shape[1])
         # a surface piece may contain the same body twice

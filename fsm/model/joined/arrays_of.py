@@ -17,7 +17,7 @@ from fsm.model.joined.configuration import JoinedConfiguration
 from fsm.model.nodes.arrays import FACTORS, MATRIX
 from fsm.model.nodes.facets.facet_group import FacetGroup
 from fsm.model.nodes.system.arrays_of import Matrices, coordinates_of
-from fsm.model.system.arrays import FrameArrays, Joined, JoinedArrays
+from fsm.model.system.arrays import Joined, JoinedArrays
 from fsm.model.system.arrays_of import ContactModel, segments_of
 from fsm.solve.interface.records import Ready
 
@@ -59,11 +59,7 @@ def joined_of(
     count, turned = len(frames.bodies), np.zeros((joined.pattern.order, 3, 3))
     turned[:, range(3), range(3)] = 1.0
     arrays = JoinedArrays(
-        FrameArrays(
-            frames.bodies, frames.first, frames.vectors, frames.weights, frames.along, frames.across,
-            np.ascontiguousarray(frames.fixed), frames.oriented.astype(np.int64),
-        ),
-        near, np.zeros((count, 6)), np.zeros((count, 3)), np.zeros((count, 6, 6)), maps, np.zeros(maps.shape),
+        frames, near, np.zeros((count, 6)), np.zeros((count, 3)), np.zeros((count, 6, 6)), maps, np.zeros(maps.shape),
         frames.vectors // 3, rows[2 * free :].copy(), first, joined.starts, joined.slots, turned,
         3 * np.flatnonzero(elements.mesh.is_position[::3]), np.array([system.wave_factor]),
     )  # fmt: skip

@@ -118,9 +118,6 @@ class JoinedConfiguration(SegmentSystem):
         self._fixed = np.concatenate([np.zeros(self._nu, dtype=bool), elements.fixed]).reshape(-1, 3)
         self._near = bodies.pose[frames.bodies, 3:].copy()
         self._start_near = self._near.copy()
-        self._arrays = (
-            frames.first, frames.vectors, frames.weights, frames.along, frames.across, frames.fixed, frames.oriented,
-        )  # fmt: skip
         self._joined: JoinedPattern | None = None
         self._joined_of: BlockPattern | None = None
         self._slots: list[np.ndarray] = []
@@ -200,7 +197,7 @@ class JoinedConfiguration(SegmentSystem):
         of_bodies, nodes = q[: self._nq], q[self._nq :]
         poses = super()._poses(t, of_bodies).copy()
         here, _ = self.elements.place(t, nodes, None)
-        place_frames(self.frames.bodies, *self._arrays, here, self._near, poses)
+        place_frames(self.frames, here, self._near, poses)
         self._with_frames = [(t, q.copy(), poses), *self._with_frames[:1]]
         return poses
 
@@ -351,12 +348,11 @@ class JoinedConfiguration(SegmentSystem):
     def _maps(self, nodes: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Maps and rates of all frames, see `frame_maps`."""
         out = np.zeros((len(self.frames.vectors), 6, 3)), np.zeros((len(self.frames.bodies), 6))
-        frame_maps(*self._arrays, nodes, rates, *out)
+        frame_maps(self.frames, nodes, rates, *out)
         return out
 
     def _turns(self, nodes: np.ndarray, rates: np.ndarray, moments: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Derivatives of the maps and curvatures of all frames, see `frame_turns`."""
         out = np.zeros((len(self.frames.vectors), 6, 3)), np.zeros((len(self.frames.bodies), 6, 6))
-        first, vectors, _, *directions = self._arrays
-        frame_turns(first, vectors, *directions, nodes, rates, moments, *out)
+        frame_turns(self.frames, nodes, rates, moments, *out)
         return out

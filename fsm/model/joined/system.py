@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy import sparse
@@ -127,45 +127,32 @@ class JoinedSystem(JoinedConfiguration):
         """See `SegmentForces`; frames are at their joints, at no distance from them."""
         return float(self.scales().length)
 
-    def measure_step(self, t: float, h: float, q: np.ndarray, x: np.ndarray) -> bool:
-        """See `System`."""
-        if not self.locking:
-            return False
-        from fsm.model.system.array_locked import measure_step
-
-        return bool(measure_step(self._locked_model.model, float(t), float(h), q, x))
-
     def halfway(self, t: float, h: float, q: np.ndarray, x: np.ndarray) -> bool:
         """See `System`."""
         return self.elements.halfway(t, h, q[self._nq :], x[self._nu :])
 
     def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, inside: bool = False) -> bool:
         """See `System`."""
-        if not self.locking:
-            return False
-        from fsm.kernels.addresses import floats_3d
-        from fsm.model.bodies.arrays import LOCKED_BY
-        from fsm.model.nodes.arrays import DAMPING
-        from fsm.model.system.array_locked import MOST, close_openings, find_multipliers, settled
+        if self.locking:
+            from fsm.kernels.addresses import floats_3d
+            from fsm.model.bodies.arrays import LOCKED_BY
+            from fsm.model.nodes.arrays import DAMPING
 
-        found = self._locked_model
-        found.bodies[0].interval[LOCKED_BY] = self._locked_by
-        if self._locked_by > 0.0:
-            assert found.model.nodes is not None
-            floats_3d(found.model.nodes.table, DAMPING)[:] = self.linearise(t, q, u).damping.data
-        close_openings(found.model, t, q, u, False)
-        on_nodes = self._generalised(t, q, u, None, np.zeros(self.at_rest.shape))[self._nu :]
-        before = np.zeros(self.nu)
-        for _ in range(MOST):
-            found.bodies[0].force[:] = self._all_forces(self.state(t, q, u))
-            find_multipliers(found.model, t, rate, on_nodes, False)
-            if not self.feels_reactions or settled(found.model, t, before, rate):
-                break
-        return True
+            model, bodies, *_ = self._locked
+            bodies[0].interval[LOCKED_BY] = self._locked_by
+            if self._locked_by > 0.0:
+                floats_3d(model.nodes.table, DAMPING)[:] = self.linearise(t, q, u).damping.data
+        return super().consistent(t, q, u, rate)
+
+    def _with_locked(self, function: Any, *arguments: Any) -> Any:
+        return function(self._locked[0], *arguments)  # its pointers remember the types of bodies alone
+
+    def _forces_on_nodes(self, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        return self._generalised(t, q, u, None, np.zeros(self.at_rest.shape))[self._nu :]
 
     @cached_property
-    def _locked_model(self) -> JoinedModel:
-        """Model with the locked directions alone, of the types of the whole model; the groups share their multipliers."""
+    def _locked(self) -> JoinedModel:
+        """See `SegmentSystem`; the types are those of the whole model."""
         from fsm.model.joined.arrays_of import joined_of  # imports the kernels of all steps
         from fsm.model.system.arrays_of import ContactModel
 
@@ -249,8 +236,7 @@ class JoinedSystem(JoinedConfiguration):
             acting = body_damping if by_rates is None else by_rates
             add_condensed(*blocks, acting, self._first, members, turning, *places, stiffness)
         add_curvatures(
-            joined.pattern.indptr, joined.pattern.indices, self.frames.first, self._vector_rows, self.frames.along,
-            self.frames.across, curvatures, stiffness,
+            joined.pattern.indptr, joined.pattern.indices, self.frames, self._vector_rows, curvatures, stiffness,
         )  # fmt: skip
         force = np.zeros(self.nu)
         own = force[self._nu :]

@@ -60,21 +60,20 @@ def _retract(nodes: Coordinates | None, model: Joined, q: np.ndarray, x: np.ndar
 @kernel
 def fill_maps(nodes: Coordinates, model: Joined) -> None:
     """Compute maps and rates of the frames at the present coordinates."""
-    f, table = frames_of(model.table), model.table
+    table = model.table
     frame_maps(
-        f.first, f.vectors, f.weights, f.along, f.across, f.fixed, f.oriented, floats_1d(nodes.table, Q),
-        floats_1d(nodes.table, U), floats_3d(table, at.MEMBERS)[2 * free_bodies(model) :], floats_2d(table, at.OWN_RATES),
+        frames_of(table), floats_1d(nodes.table, Q), floats_1d(nodes.table, U),
+        floats_3d(table, at.MEMBERS)[2 * free_bodies(model) :], floats_2d(table, at.OWN_RATES),
     )  # fmt: skip
 
 
 @kernel
 def fill_turns(nodes: Coordinates, model: Joined) -> None:
     """Compute derivatives of the maps of the frames, and their curvatures at the present coordinates and moments."""
-    f, table = frames_of(model.table), model.table
+    table = model.table
     frame_turns(
-        f.first, f.vectors, f.along, f.across, f.fixed, f.oriented, floats_1d(nodes.table, Q), floats_1d(nodes.table, U),
-        floats_2d(table, at.MOMENTS), floats_3d(table, at.TURNING)[2 * free_bodies(model) :],
-        floats_3d(table, at.CURVATURES),
+        frames_of(table), floats_1d(nodes.table, Q), floats_1d(nodes.table, U), floats_2d(table, at.MOMENTS),
+        floats_3d(table, at.TURNING)[2 * free_bodies(model) :], floats_3d(table, at.CURVATURES),
     )  # fmt: skip
 
 
@@ -100,8 +99,7 @@ def place_nodes_and_frames(nodes: Coordinates | None, model: Joined, t: float, q
 @kernel
 def set_frames(model: Joined, q: np.ndarray) -> None:
     """Write the poses of all frames at these coordinates of the nodes."""
-    f, poses, near = frames_of(model.table), floats_2d(model.bodies.table, POSES), floats_2d(model.table, at.NEAR)
-    place_frames(f.bodies, f.first, f.vectors, f.weights, f.along, f.across, f.fixed, f.oriented, q, near, poses)
+    place_frames(frames_of(model.table), q, floats_2d(model.table, at.NEAR), floats_2d(model.bodies.table, POSES))
 
 
 @kernel
@@ -231,11 +229,8 @@ def condense(nodes: Coordinates, model: Joined) -> None:
     members = floats_3d(table, at.MEMBERS)
     add_condensed(p.rows, p.columns, by_pose, first, members, members, starts, slots, stiffness)
     add_condensed(p.rows, p.columns, by_rate, first, members, members, starts, slots, damping)
-    f = frames_of(table)
-    add_curvatures(
-        joined.rows, joined.columns, f.first, integers_1d(table, at.ROWS), f.along, f.across,
-        floats_3d(table, at.CURVATURES), stiffness,
-    )  # fmt: skip
+    curvatures = floats_3d(table, at.CURVATURES)
+    add_curvatures(joined.rows, joined.columns, frames_of(table), integers_1d(table, at.ROWS), curvatures, stiffness)
 
 
 @kernel

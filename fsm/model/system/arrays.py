@@ -21,19 +21,7 @@ from fsm.model.bodies import arrays as of_bodies
 from fsm.model.bodies.arrays import Segments
 from fsm.model.nodes import arrays as of_nodes
 from fsm.model.nodes.arrays import Coordinates
-
-
-class FrameArrays(NamedTuple):
-    """Arrays of `fsm.model.system.frames.Frames`."""
-
-    bodies: np.ndarray
-    first: np.ndarray
-    vectors: np.ndarray
-    weights: np.ndarray
-    along: np.ndarray
-    across: np.ndarray
-    fixed: np.ndarray
-    oriented: np.ndarray
+from fsm.model.system.frames import Frames
 
 
 class JoinedArrays(NamedTuple):
@@ -41,7 +29,7 @@ class JoinedArrays(NamedTuple):
 
     Attributes
     ----------
-    frames : FrameArrays
+    frames : Frames
     near : (n, 4) array
         Quaternion of each frame in the previous state; the sign of the new quaternion is chosen near it.
     rates : (n, 6) array
@@ -63,7 +51,7 @@ class JoinedArrays(NamedTuple):
         Least factor on the inertia of locked directions in their penalties; see `JoinedConfiguration.wave_factor`.
     """
 
-    frames: FrameArrays
+    frames: Frames
     near: np.ndarray
     rates: np.ndarray
     moments: np.ndarray
@@ -143,7 +131,7 @@ def sizes(model: Joined) -> tuple[int, int]:
     return free * floats_2d(table, of_bodies.POSES).shape[1], free * floats_2d(table, of_bodies.RATES).shape[1]
 
 
-AT, _FRAMES = 0, len(FrameArrays._fields)
+AT, _FRAMES = 0, len(Frames._fields)
 NEAR, OWN_RATES, MOMENTS, CURVATURES, MEMBERS, TURNING, NODE_ROWS = range(_FRAMES, _FRAMES + 7)
 ROWS, OF_MEMBERS, STARTS, SLOTS, TURNED, PLACES, WAVES = range(_FRAMES + 7, _FRAMES + 14)
 """Rows of `Joined.table`; the bodies of the frames are in row `AT`."""
@@ -152,9 +140,9 @@ FACETS = WAVES + 1
 
 
 @kernel
-def frames_of(t: np.ndarray) -> FrameArrays:
+def frames_of(t: np.ndarray) -> Frames:
     """Frames of the table."""
-    return FrameArrays(
+    return Frames(
         integers_1d(t, 0), integers_1d(t, 1), integers_1d(t, 2), floats_1d(t, 3), floats_1d(t, 4), floats_1d(t, 5),
         floats_2d(t, 6), integers_1d(t, 7),
     )  # fmt: skip

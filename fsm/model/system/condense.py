@@ -165,33 +165,26 @@ def add_condensed(
 
 @kernel
 def add_curvatures(
-    indptr: np.ndarray,
-    indices: np.ndarray,
-    frames: np.ndarray,
-    rows: np.ndarray,
-    along: np.ndarray,
-    across: np.ndarray,
-    curvatures: np.ndarray,
-    out: np.ndarray,
+    indptr: np.ndarray, indices: np.ndarray, frames: Frames, rows: np.ndarray, curvatures: np.ndarray, out: np.ndarray
 ) -> None:
     """Subtract the derivatives of T^T (0, m) with respect to the vectors of each frame, at constant m, from the stiffness.
 
     Parameters
     ----------
     indptr, indices : joined pattern
-    frames : (n + 1,) int array
-        First vector of every frame.
+    frames : Frames
     rows : (m,) int array
         Block row of every vector.
-    along, across, curvatures : see `fsm.model.system.frames.frame_maps`
+    curvatures : see `fsm.model.system.frames.frame_maps`
     out : (n_blocks, 3, 3) array, changed in place
     """
-    for i in range(frames.shape[0] - 1):
+    first, along, across = frames.first, frames.along, frames.across
+    for i in range(first.shape[0] - 1):
         h = curvatures[i]
         if not np.any(h):
             continue  # these are frames without moment, for example contact points of films
-        for p in range(frames[i], frames[i + 1]):
-            for q in range(frames[i], frames[i + 1]):
+        for p in range(first[i], first[i + 1]):
+            for q in range(first[i], first[i + 1]):
                 block = out[find_slot(indptr, indices, rows[p], rows[q])]
                 aa, ab = along[p] * along[q], along[p] * across[q]
                 ba, bb = across[p] * along[q], across[p] * across[q]

@@ -270,9 +270,34 @@ class SegmentForces(Configuration):
 
     # linearisation ----------------------------------------------------------------------------------------------------
 
-    def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Linearised:
+    def linearise(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None,
+        efforts: np.ndarray | None = None, depths: tuple[ContactDepths, ...] | None = None,
+    ) -> Linearised:  # fmt: skip
         """See `System`."""
-        return self._linearised(t, q, u, before)
+        at = self.state(t, q, u, before)
+        sums = BlockSums.zero(self._current_pattern(at.poses), at)
+        pattern, damping = sums.pattern, sums.damping
+        for k, contacts in enumerate(self.contacts):
+            contacts.add_linearised(at, sums, None if depths is None else depths[k])
+        if self.spatial and u is not None:
+            add_gyroscopic(at.rates, self.bodies.inertia, sums.force)
+            gyroscopic_damping(at.rates, self.bodies.inertia, *pattern.index, damping)
+        # these groups use increments over the time as rates; the other groups use the deformations of the last state
+        turned = self._turned(q, u, before)
+        if turned is not None:
+            multiply_block_diagonal(damping, turned, pattern.indices)
+        by_rates = None if before is None else damping.copy() if self._ordered is not self.bodies.free else damping
+        first = 0
+        for springs in self._springs:
+            last = first + springs.rest.size
+            own = None if efforts is None else efforts[first:last].reshape(springs.rest.shape)
+            springs.add_linearised(at, sums, own)
+            first = last
+        for group in self._others:
+            group.add_linearised(at, sums)
+        others = None if efforts is None else efforts[first:]
+        return self._assembled(t, q, u, before, sums, by_rates, others)
 
     def sticking_damping(self, t: float, q: np.ndarray) -> BlockMatrix | None:
         """See `System`."""
@@ -396,18 +421,6 @@ class SegmentForces(Configuration):
 
     # mixed Newton method ----------------------------------------------------------------------------------------------
 
-    def linearise_mixed(
-        self,
-        t: float,
-        q: np.ndarray,
-        u: np.ndarray | None,
-        before: PreviousState | None,
-        efforts: np.ndarray,
-        depths: tuple[ContactDepths, ...],
-    ) -> Linearised:
-        """See `System`."""
-        return self._linearised(t, q, u, before, efforts, depths)
-
     def take_up(self, efforts: np.ndarray, task: int) -> float:
         """See `System`."""
         first, found = 0, 0.0
@@ -453,39 +466,6 @@ class SegmentForces(Configuration):
         return parts[0].ravel() if len(parts) == 1 else np.concatenate([np.zeros(0), *(part.ravel() for part in parts)])
 
     # parts ------------------------------------------------------------------------------------------------------------
-
-    def _linearised(
-        self,
-        t: float,
-        q: np.ndarray,
-        u: np.ndarray | None,
-        before: PreviousState | None,
-        efforts: np.ndarray | None = None,
-        depths: tuple[ContactDepths, ...] | None = None,
-    ) -> Linearised:
-        at = self.state(t, q, u, before)
-        sums = BlockSums.zero(self._current_pattern(at.poses), at)
-        pattern, damping = sums.pattern, sums.damping
-        for k, contacts in enumerate(self.contacts):
-            contacts.add_linearised(at, sums, None if depths is None else depths[k])
-        if self.spatial and u is not None:
-            add_gyroscopic(at.rates, self.bodies.inertia, sums.force)
-            gyroscopic_damping(at.rates, self.bodies.inertia, *pattern.index, damping)
-        # these groups use increments over the time as rates; the other groups use the deformations of the last state
-        turned = self._turned(q, u, before)
-        if turned is not None:
-            multiply_block_diagonal(damping, turned, pattern.indices)
-        by_rates = None if before is None else damping.copy() if self._ordered is not self.bodies.free else damping
-        first = 0
-        for springs in self._springs:
-            last = first + springs.rest.size
-            own = None if efforts is None else efforts[first:last].reshape(springs.rest.shape)
-            springs.add_linearised(at, sums, own)
-            first = last
-        for group in self._others:
-            group.add_linearised(at, sums)
-        others = None if efforts is None else efforts[first:]
-        return self._assembled(t, q, u, before, sums, by_rates, others)
 
     def _generalised(
         self,

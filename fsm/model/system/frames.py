@@ -17,6 +17,7 @@ the angular velocity with x at constant rates.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -46,8 +47,7 @@ class FramePoint:
     fixed: np.ndarray
 
 
-@dataclass(frozen=True, eq=False)
-class Frames:
+class Frames(NamedTuple):
     """All frames of a system.
 
     Attributes
@@ -60,8 +60,8 @@ class Frames:
         First coordinate of each vector.
     weights, along, across : (m,) arrays
     fixed : (n, 3) array
-    oriented : (n,) bool array
-        Whether the frame has axes.
+    oriented : (n,) int array
+        1 if the frame has axes.
     """
 
     bodies: np.ndarray
@@ -87,7 +87,7 @@ class Frames:
             along,
             across,
             np.array([point.fixed for point in points], dtype=float).reshape(-1, 3),
-            np.array([bool(np.any(point.along)) for point in points], dtype=bool),
+            np.array([np.any(point.along) for point in points], dtype=np.int64),
         )
 
 
@@ -138,24 +138,12 @@ def _quaternion(axes: np.ndarray, near: np.ndarray, out: np.ndarray) -> None:
 
 
 @kernel
-def place_frames(
-    bodies: np.ndarray,
-    first: np.ndarray,
-    vectors: np.ndarray,
-    weights: np.ndarray,
-    along: np.ndarray,
-    across: np.ndarray,
-    fixed: np.ndarray,
-    oriented: np.ndarray,
-    q: np.ndarray,
-    near: np.ndarray,
-    poses: np.ndarray,
-) -> None:
+def place_frames(frames: Frames, q: np.ndarray, near: np.ndarray, poses: np.ndarray) -> None:
     """Write the poses of all frames.
 
     Parameters
     ----------
-    bodies ... oriented : see `Frames`
+    frames : Frames
     q : (n_q,) array
         Coordinates of the ANCF nodes.
     near : (n, 4) array
@@ -163,6 +151,7 @@ def place_frames(
     poses : (n_bodies, 7) array, changed in place
         Frames without axes keep their quaternion.
     """
+    bodies, first, vectors, weights, along, across, fixed, oriented = frames
     a, b, axes = np.empty(3), np.empty(3), np.empty((3, 3))
     for i in range(bodies.shape[0]):
         pose = poses[bodies[i]]
@@ -233,24 +222,12 @@ def _directions(
 
 
 @kernel
-def frame_maps(
-    first: np.ndarray,
-    vectors: np.ndarray,
-    weights: np.ndarray,
-    along: np.ndarray,
-    across: np.ndarray,
-    fixed: np.ndarray,
-    oriented: np.ndarray,
-    q: np.ndarray,
-    u: np.ndarray,
-    maps: np.ndarray,
-    rates: np.ndarray,
-) -> None:
+def frame_maps(frames: Frames, q: np.ndarray, u: np.ndarray, maps: np.ndarray, rates: np.ndarray) -> None:
     """Derivatives of the poses of all frames, and their velocities.
 
     Parameters
     ----------
-    first ... oriented : see `Frames`
+    frames : Frames
     q, u : (n_q,) arrays
         Coordinates of the ANCF nodes and their rates.
     maps : (m, 6, 3) array of zeros, changed in place
@@ -258,6 +235,7 @@ def frame_maps(
     rates : (n, 6) array, changed in place
         Velocity (r', omega) of each frame, omega in its axes.
     """
+    _, first, vectors, weights, along, across, fixed, oriented = frames
     a, b, axes = np.empty(3), np.empty(3), np.empty((3, 3))
     da, db = np.empty(3), np.empty(3)
     gradients = np.empty((3, 6))
@@ -290,23 +268,13 @@ def frame_maps(
 
 @kernel
 def frame_turns(
-    first: np.ndarray,
-    vectors: np.ndarray,
-    along: np.ndarray,
-    across: np.ndarray,
-    fixed: np.ndarray,
-    oriented: np.ndarray,
-    q: np.ndarray,
-    u: np.ndarray,
-    moments: np.ndarray,
-    turns: np.ndarray,
-    curvatures: np.ndarray,
+    frames: Frames, q: np.ndarray, u: np.ndarray, moments: np.ndarray, turns: np.ndarray, curvatures: np.ndarray
 ) -> None:
     """Second derivatives of the poses of all frames, for tangents.
 
     Parameters
     ----------
-    first, vectors, along ... oriented : see `Frames`
+    frames : Frames
     q, u : (n_q,) arrays
         Coordinates of the ANCF nodes and their rates.
     moments : (n, 3) array, N m
@@ -316,6 +284,7 @@ def frame_turns(
     curvatures : (n, 6, 6) array of zeros, changed in place
         Derivative with respect to (a, b) of the generalised forces of the moments on (a, b).
     """
+    _, first, vectors, _, along, across, fixed, oriented = frames
     a, b, axes = np.empty(3), np.empty(3), np.empty((3, 3))
     da, db, change = np.empty(3), np.empty(3), np.empty((3, 6))
     gradients, second = np.empty((3, 6)), np.empty((3, 6, 6))

@@ -53,7 +53,7 @@ def system_in_step(
     held = {"ground", *step.held, *(frame.name for frame in scene.frames)}
     free = [i for i, name in enumerate(bodies.names) if name not in held and not driven[i]]
     moved = replace(bodies, pose=pose, free=np.array(free, dtype=np.int64))
-    groups, latched = _groups(whole, scene, plan, number, states)
+    groups, latched = _groups(whole, plan, number, states)
     system = whole.variant(moved, motions, groups, tuple(load for load in step.loads if load.pressure is not None))
     system.in_python = step.in_python
     system.latched, system.spread = latched, whole.spread  # all steps have the scales of the initial state of the run
@@ -102,7 +102,7 @@ def _rewind(pose: np.ndarray, motion: PrescribedMotion, travel: float) -> None:
 
 
 def _groups(
-    whole: SegmentSystem, scene: Scene, plan: Plan, number: int, states: dict[str, np.ndarray] | None
+    whole: SegmentSystem, plan: Plan, number: int, states: dict[str, np.ndarray] | None
 ) -> tuple[tuple[Group, ...], dict[str, np.ndarray]]:
     """Groups that act in a step, with its loads, and the deformations at which latches have closed."""
     name = plan.name_for_joints(number)

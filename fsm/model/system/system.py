@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -34,9 +34,6 @@ from fsm.solve.interface.records import Energy, LockedSprings, Observation, Prev
 from fsm.solve.stepping.model import ArrayModel
 
 if TYPE_CHECKING:
-    from fsm.model.bodies.arrays import Arrays
-    from fsm.model.elements.element_group import ElementArrays
-    from fsm.model.system.arrays import Joined
     from fsm.model.system.arrays_of import ContactModel
     from fsm.model.system.static_arrays import StaticSegments
 
@@ -189,8 +186,7 @@ class SegmentSystem(SegmentForces):
             return False
         from fsm.model.system.array_locked import measure_step
 
-        model = self._locked[0]
-        return bool(enter(model.equations.factorise, measure_step, model, float(t), float(h), q, x))
+        return bool(self._with_locked(measure_step, float(t), float(h), q, x))
 
     def consistent(self, t: float, q: np.ndarray, u: np.ndarray, rate: np.ndarray, inside: bool = False) -> bool:
         """See `System`."""
@@ -198,18 +194,26 @@ class SegmentSystem(SegmentForces):
             return False
         from fsm.model.system.array_locked import MOST, close_openings, find_multipliers, settled
 
-        model, (arrays, _), _ = self._locked
-        known = model.equations.factorise
-        enter(known, close_openings, model, float(t), q, u, inside)
-        before = np.zeros(self.nu)
+        arrays = self._locked[1][0]
+        self._with_locked(close_openings, float(t), q, u, inside)
+        on_nodes, before = self._forces_on_nodes(t, q, u), np.zeros(self.nu)
         for _ in range(MOST):
             arrays.force[:] = self._all_forces(self.state(t, q, u))
-            enter(known, find_multipliers, model, float(t), rate, q[:0], inside)
-            if not self.feels_reactions or enter(known, settled, model, float(t), before, rate):
+            self._with_locked(find_multipliers, float(t), rate, on_nodes, inside)
+            if not self.feels_reactions or self._with_locked(settled, float(t), before, rate):
                 return True
         if inside:
             rate[:] = math.nan
         return True
+
+    def _with_locked(self, function: Any, *arguments: Any) -> Any:
+        """Call a kernel with the model of `_locked`."""
+        model = self._locked[0]
+        return enter(model.equations.factorise, function, model, *arguments)
+
+    def _forces_on_nodes(self, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Forces on coordinates of nodes without those of bodies and frames."""
+        return q[:0]
 
     def without_locks(self) -> SegmentSystem:
         """See `SegmentForces`."""
@@ -240,12 +244,12 @@ class SegmentSystem(SegmentForces):
             else:
                 others.append(one)
         without = self.variant(self.bodies, self.motions, tuple(others))
-        remaining = without._linearised(t, q, None, None, self.efforts(t, q)).stiffness
+        remaining = without.linearise(t, q, None, None, self.efforts(t, q)).stiffness
         return LockedSprings(rows, np.concatenate(stiffness), remaining)
 
     @cached_property
-    def _locked(self) -> tuple[Joined, tuple[Arrays, Arrays], list[ElementArrays]]:
-        """Model of the bodies with the locked directions alone, with its arrays; the groups share their multipliers."""
+    def _locked(self) -> tuple[Any, ...]:
+        """Model with the locked directions alone, arrays of its bodies, and others; the groups share their multipliers."""
         from fsm.model.system.arrays_of import locked_of  # imports the kernels of all steps
 
         alone = self.variant(self.bodies, self.motions, self.locking)

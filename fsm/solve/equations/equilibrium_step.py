@@ -256,11 +256,8 @@ class _Model:
 
     def linearised_force(self, q: np.ndarray, mixed: bool) -> np.ndarray:
         """Force h (nu,); K and D are evaluated there."""
-        t, u, rates = self._t, self._mean_velocity(q), self._rates
-        if mixed:
-            self._linear = self.system.linearise_mixed(t, q, u, rates, self.efforts, self.depths)
-        else:
-            self._linear = self.system.linearise(t, q, u, rates)
+        given = (self.efforts, self.depths) if mixed else ()
+        self._linear = self.system.linearise(self._t, q, self._mean_velocity(q), self._rates, *given)
         return self._linear.force
 
     def factorise(self) -> bool:

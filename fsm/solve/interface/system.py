@@ -158,8 +158,13 @@ class System(Protocol):
         linear = self.linearise(t, q, u)
         return linear.stiffness.bsr(), linear.damping.bsr()
 
-    def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Linearised:
-        """Force and both tangents in one pass; the pattern is the same object until the contact search adds blocks."""
+    def linearise(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None,
+        efforts: np.ndarray | None = None, depths: Depths | None = None,
+    ) -> Linearised:  # fmt: skip
+        """Force and both tangents in one pass; the pattern is the same object until the contact search adds blocks. If
+        `mixed`, the tangents can be those at given efforts of springs and depths of contacts.
+        """
         ...
 
     def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Energy:
@@ -395,13 +400,6 @@ class System(Protocol):
         """Efforts of all springs at q, as one array; with dx, efforts after that increment to first order."""
         return np.zeros(0)
 
-    def linearise_mixed(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None, efforts: np.ndarray,
-        depths: Depths,
-    ) -> Linearised:  # fmt: skip
-        """Linearisation as by `linearise`, but with given efforts of springs and given depths of contacts."""
-        return self.linearise(t, q, u, before)
-
     def take_up(self, efforts: np.ndarray, task: int) -> float:
         """Do a task for the multipliers of locked springs (`fsm.solve.stepping.quasi_static.StaticCalls`).
 
@@ -416,7 +414,7 @@ class System(Protocol):
     def advance_depths(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None, dx: np.ndarray, depths: Depths
     ) -> Depths:
-        """Depths after an increment, with forces to first order; other arguments as in `linearise_mixed`."""
+        """Depths after an increment, with forces to first order; other arguments as in `linearise`."""
         return depths
 
 

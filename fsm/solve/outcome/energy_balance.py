@@ -127,27 +127,13 @@ class EnergyBalance:
         return energy / self.turnover if self.turnover > self.round_off_floor else 0.0
 
 
-def mean_dissipation(
-    system: System, begin: PreviousState, end: PreviousState, pairs: int
-) -> tuple[float, np.ndarray]:
-    """Mean dissipated power (W) of a step between two states (time, configuration), total and by contact pairs.
+def mean_loss_of_elements(system: System, begin: PreviousState, end: PreviousState) -> float:
+    """Mean dissipated power (W) of a step between two states (time, configuration), without contacts.
 
     The power follows from mean rates and the forces at both ends. Rates at the ends of a step contain stiff vibrations;
-    the square of these rates would overestimate the loss. The power of pairs is as in `Energy.pair_power`.
-    """
-    if not system.rate_dependent and not len(system.memory()):
-        return 0.0, np.zeros((2, pairs))
-    mean = system.difference(begin[1], end[1]) / (end[0] - begin[0])
-    first, last = (system.energy(*here, mean, there) for here, there in ((begin, end), (end, begin)))
-    return 0.5 * (first.dissipated_power + last.dissipated_power), 0.5 * (first.pair_power + last.pair_power)
-
-
-def mean_loss_of_elements(system: System, begin: PreviousState, end: PreviousState) -> float:
-    """Mean dissipated power (W) of a step as `mean_dissipation`, without contacts.
-
-    For nodes with slopes the forces are those in the middle of the step, where the chord of a rotation causes no strain
-    rate. At the ends, a rotation of slopes by an angle d causes an apparent strain of d^2/2, which a stiff material
-    dissipates.
+    the square of these rates would overestimate the loss. For nodes with slopes the forces are those in the middle of the
+    step, where the chord of a rotation causes no strain rate. At the ends, a rotation of slopes by an angle d causes an
+    apparent strain of d^2/2, which a stiff material dissipates.
     """
     if not system.rate_dependent and not len(system.memory()):
         return 0.0

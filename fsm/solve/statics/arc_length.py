@@ -30,6 +30,8 @@ from fsm.solve.interface.system import System
 from fsm.solve.statics.critical import critical_point
 
 _ITERATIONS = 10
+_TOLERANCE = 1e-9
+"""Bound of the last Newton step, relative to the span."""
 _WANTED = 6
 """Desired number of Newton iterations of a step."""
 _AMPLITUDES = (3e-3, 1e-2, 3e-2)
@@ -103,7 +105,6 @@ def trace(
     first: float,
     longest: float = 0.1,
     max_steps: int = 10_000,
-    tolerance: float = 1e-9,
     lowest: float | None = None,
     side: float = 0.0,
 ) -> Iterator[PathPoint]:
@@ -118,8 +119,6 @@ def trace(
     first, longest : -
         First and longest step along the path. A step of length 1 moves all parts by the span, or covers the whole time.
     max_steps : int
-    tolerance : -
-        Bound of the last Newton step, relative to the span.
     lowest : s
         Absent: `start`.
     side : -
@@ -131,7 +130,7 @@ def trace(
     NotConverged
         The step is too small, or the number of steps too large.
     """
-    tracer = _Tracer(system, start, end, tolerance)
+    tracer = _Tracer(system, start, end)
     point, tangent = tracer.first(q, start)
     yield point
     step = first
@@ -179,8 +178,8 @@ def limit_point_before(system: System, q: np.ndarray, start: float, end: float) 
 
 
 class _Tracer:
-    def __init__(self, system: System, start: float, end: float, tolerance: float) -> None:
-        self.system, self.end, self.tolerance = system, end, tolerance
+    def __init__(self, system: System, start: float, end: float) -> None:
+        self.system, self.end = system, end
         self.scale = system.scales().span * np.sqrt(system.nu)
         self.duration = end - start
         self.solver = LinearSolver()
@@ -236,7 +235,7 @@ class _Tracer:
             self.system.advance_in_time(t, dx, dt)
             efforts = self.system.efforts(t, q, None, dx)
             q, t = self.system.retract(q, dx), t + dt
-            if size <= self.tolerance and (taken > 1 or not self.locks):
+            if size <= _TOLERANCE and (taken > 1 or not self.locks):
                 break
         else:
             return None
@@ -283,10 +282,7 @@ class _Tracer:
         """Factorise the stiffness, with given efforts if these are unknowns, and return the force; None if it is not
         finite, as where facets would pass through each other.
         """
-        if self.mixed:
-            linear = self.system.linearise_mixed(t, q, None, None, efforts, self._depths)
-        else:
-            linear = self.system.linearise(t, q, None)
+        linear = self.system.linearise(t, q, None, None, *((efforts, self._depths) if self.mixed else ()))
         if not np.isfinite(linear.force).all():
             return None
         self.solver.factorise(linear.stiffness)

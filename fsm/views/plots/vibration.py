@@ -98,7 +98,7 @@ def plot_spectrum(solution: Solution, path: str | Path) -> None:
         ax.legend(loc="upper right")
 
 
-def plot_modes(solution: Solution, path: str | Path, count: int = 9) -> None:
+def plot_modes(solution: Solution, path: str | Path) -> None:
     """Draw the normal motion of the first natural modes, seen from above and scaled to a largest value of 1.
 
     Where elements lie above each other, the element with the largest motion is visible.
@@ -107,7 +107,7 @@ def plot_modes(solution: Solution, path: str | Path, count: int = 9) -> None:
     unit = _size_unit(solution)
     corners = solution.shape[0][..., :2] * unit.factor
     beside = _ratio(corners) > _LONG
-    chosen = range(min(count if beside else count - 1, len(film.frequency)))
+    chosen = range(min(9 if beside else 8, len(film.frequency)))
     columns = min(3 if beside else 2, max(len(chosen), 1))
     rows = max(1, -(-len(chosen) // columns))
     width = (WIDE[0] - 1.4) / columns

@@ -16,6 +16,8 @@ from fsm.results.solution import Solution
 from fsm.text.load_names import load_units
 from fsm.text.shown_units import shown, shown_range, shown_unit, travel_text, turns
 
+_LABEL = 14
+"""Width of the labels of `fsm check`."""
 _RESULTS: dict[str, tuple[str, str, float]] = {
     "peak_force": ("peak force", "N", 1.0),
     "peak_travel": ("travel at the peak", "mm", 1e3),
@@ -287,10 +289,10 @@ def describe_case(solution: Solution) -> list[list[str]]:
     return _labelled(lines) or [*title, ["model", "this version cannot read the case of the result"]]
 
 
-def _labelled(lines: Iterable[str], width: int = 14) -> list[list[str]]:
+def _labelled(lines: Iterable[str]) -> list[list[str]]:
     """Split lines of `fsm check` into label and text; a line without label has the label of the previous line."""
     rows: list[list[str]] = []
     for line in lines:
-        label = line[:width].strip() or (rows[-1][0] if rows else "")
-        rows.append([label, line[width:].strip()])
+        label = line[:_LABEL].strip() or (rows[-1][0] if rows else "")
+        rows.append([label, line[_LABEL:].strip()])
     return rows

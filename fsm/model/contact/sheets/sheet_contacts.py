@@ -45,7 +45,6 @@ class SheetContacts(ContactTable):
     """
 
     coupled_bodies, renumbers = 4, True
-    found = ("found_nodes", "found_free", "found_coefficients", "found_directions", "found_normal", "found_distance")
 
     def __init__(self, surface: SheetSurface, reference: np.ndarray) -> None:
         along = np.roll(surface.plane, -1, axis=1) - surface.plane

@@ -107,7 +107,6 @@ class SurfaceContacts(ContactTable):
     """
 
     coupled_bodies, fades = 3, True
-    found = ("found_piece", "found_side", "found_at")
 
     def __init__(self, probes: Probes, corners: Corners, surfaces: Surfaces, margin: float) -> None:
         self.probes, self.corners, self.surfaces = probes, corners, surfaces

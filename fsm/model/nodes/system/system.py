@@ -24,7 +24,7 @@ from fsm.model.nodes.loading import Loading
 from fsm.model.nodes.system.array_kernels import KERNELS
 from fsm.model.nodes.system.arrays_of import Compiled
 from fsm.model.nodes.system.moving_mesh import MovingMesh
-from fsm.solve.interface.records import DriveState, Energy, Linearised, Observation, PairState, PreviousState, Ready
+from fsm.solve.interface.records import Depths, DriveState, Energy, Linearised, Observation, PairState, PreviousState, Ready
 from fsm.solve.interface.rest_scales import scales_at_rest
 from fsm.solve.interface.scales import OF_DRIVES, AtRest, Scales
 from fsm.solve.stepping.equilibrium import RestModel
@@ -113,7 +113,10 @@ class AncfSystem(MovingMesh):
         total[self.fixed] = 0.0
         return total
 
-    def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Linearised:
+    def linearise(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None,
+        efforts: np.ndarray | None = None, depths: Depths | None = None,
+    ) -> Linearised:  # fmt: skip
         """See `System`."""
         here, rates = self.place(t, q, u, before)
         force, stiffness, damping = self._elements(here, rates)

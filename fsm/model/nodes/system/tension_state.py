@@ -37,9 +37,9 @@ def film_stresses(system: AncfSystem, t: float, q: np.ndarray) -> dict[str, Film
     return {group.name: group.stress(here) for group in system.mesh.groups if isinstance(group, MembraneGroup)}
 
 
-def tension_state(system: AncfSystem, t: float, q: np.ndarray, name: str = "film") -> TensionState:
-    """State of tension of the film with a given name; stiff patches have other names."""
-    stress = film_stresses(system, t, q)[name]
+def tension_state(system: AncfSystem, t: float, q: np.ndarray) -> TensionState:
+    """State of tension of the film; stiff patches have other names."""
+    stress = film_stresses(system, t, q)["film"]
     total = float(stress.area.sum())
     taut, wrinkled, slack = (
         float(stress.area[stress.state == state].sum()) / total for state in (TAUT, WRINKLED, SLACK)
