@@ -32,7 +32,8 @@ from fsm.solve.statics.arc_length import limit_point_before
 from fsm.solve.statics.critical import Critical, critical_point, softest_mode, stable_branch
 from fsm.solve.statics.path_model import SHORT
 from fsm.solve.statics.path_steps import LARGEST_CORRECTION, PathSteps, Reason, mark
-from fsm.solve.statics.snap_through import RestCriterion, move_until_rest, slide
+from fsm.solve.statics.snap_through import RestCriterion, Slowing, move_until_rest, slide
+from fsm.solve.stepping import path_state as stepping
 from fsm.solve.stepping.path import EXACT, MOVING, attempt, next_time
 
 _DRIVEN = 1e-2
@@ -45,6 +46,10 @@ _WAIT = 1e-2
 long."""
 _EVENTS = 30
 """Largest number of critical points; if there are more, the solver has lost the path."""
+_SLOWED, _HANDED, _LEAVING = 8, 6, 200
+"""Steps of a motion with negligible inertia after which the path with dampers continues it, twice as many after each time
+that it did not reach a stable state; largest number of such times in a snap; and largest number of states near an unstable
+equilibrium, after which they count as a critical point."""
 _LATER = 10.0
 """Factor on the time after the equilibrium is lost, after a slide that found no equilibrium."""
 _CALMER = 6
@@ -106,7 +111,7 @@ class _Follower(PathSteps):
                 else:
                     self._pass_critical(reason)
             if self.lost is not None:
-                self._note("damped snap", self.lost)
+                self._note(self.lost_as, self.lost)
             if recorder.time < settings.end_time:
                 self._note("force limit", mark(recorder))
                 recorder.save_last(final=True)
@@ -176,23 +181,29 @@ class _Follower(PathSteps):
         self.system.lock(0.0)
         if sum(event.kind != "damped snap" for event in self.statistics.events) >= _EVENTS:
             self._fail(Outcome.NO_EQUILIBRIUM)
-        before = self.lost or mark(recorder)
-        self.lost = None
+        before, slowed = self.lost or mark(recorder), self.handed > 0 and (self.lost is None or self.path.counts[stepping.LEAVING] > 0)
+        self.lost, self.lost_as, self.path.counts[stepping.LEAVING] = None, "damped snap", 0
         later = recorder.time + 1e-3 * self.first_step
         kind = "motion"
         if reason is Reason.SINGULAR:
             self.model.failed = softest_mode(self.system, recorder.time, recorder.q)
             self._fail(Outcome.MECHANISM)
-        if reason is not Reason.INERTIA:
+        if slowed:  # the snap goes on with inertia
+            kind = "snap"
+        elif reason is not Reason.INERTIA:
             critical = critical_point(self.system, recorder.time, recorder.q, later)
             kind = "snap"
             # branches are searched at rest and without friction
             if critical.bifurcation and self.model.rests(recorder.time, recorder.q) and self._branch(critical):
                 kind = "bifurcation"
         if kind != "bifurcation":
-            self._move(reason is Reason.INERTIA)
+            self._move(slowed or reason is Reason.INERTIA)
         if kind == "motion" and self._passed_limit():
             kind = "snap"
+        self.anchor = self._here()
+        if self.lost is not None:  # dampers alone slow the snap, which ends at a stable state
+            self.lost, self.lost_as = before, kind
+            return
         self._note(kind, before)
         self._go_on_slowly()
 
@@ -247,6 +258,9 @@ class _Follower(PathSteps):
         scale = sum(map(abs, recorder.last.energy.potential.values())) if released else recorder.energy_balance.turnover
         worst = math.inf if released else settings.energy_abort
         rest = RestCriterion(MOVING, scale, _DRIVEN * self.slow, math.inf if released else _WAIT * self.first_step)
+        slowing = None
+        if self.handed < _HANDED and not released:
+            slowing = Slowing(self._continues, 10.0 * self.smallest, _SLOWED << self.handed)
         u = recorder.u if moving else np.zeros_like(recorder.u)
         if moving:
             recorder.begin_motion()
@@ -254,24 +268,40 @@ class _Follower(PathSteps):
             rest = rest._replace(part=0.1 * rest.part, wait=4.0 * rest.wait)
             try:
                 with at_rest(self.system, still=False):
-                    self.statistics.newton_iterations += move_until_rest(
-                        self.system, recorder, u, settings, rest, worst, begins=not again
+                    iterations, continued = move_until_rest(
+                        self.system, recorder, u, settings, rest, worst, not again, slowing
                     )
+                    self.statistics.newton_iterations += iterations
             except StepFailed as error:
                 self.model.rejection = error.reason
                 self._fail(error.outcome)
             self._judge_energy()
             if recorder.time >= settings.end_time or self._force_limit_reached():
                 return
-            u = recorder.u
-            self._forget()
-            self.step_size = 1e-2 * self.first_step
-            stop = next(at for at in self._stops() if at > recorder.time)
-            t, _ = next_time(stop, recorder.time, self.step_size, settings.max_step)
-            self.reason = self._in_python(attempt, t, single=True)
-            if self.reason is None:
+            if continued or self._continues():
                 return
+            u = recorder.u
         self._fail(Outcome.NO_EQUILIBRIUM)
+
+    def _continues(self, step: float = 0.0) -> bool:
+        """Take a step of the path from a state of a motion; return whether it succeeded.
+
+        With a size (s), dampers alone slow the motion there: states may be near an unstable equilibrium, and the first
+        prediction has the velocities of the motion.
+        """
+        recorder = self.recorder
+        self._forget(step)
+        self.step_size = step or 1e-2 * self.first_step
+        self.path.counts[stepping.LEAVING] = _LEAVING if step else 0
+        stop = next(at for at in self._stops() if at > recorder.time)
+        t, _ = next_time(stop, recorder.time, self.step_size, self.settings.max_step)
+        self.reason = self._in_python(attempt, t, single=True)
+        if self.reason is None:
+            if step:
+                self.handed, self.since_motion = self.handed + 1, 0
+            return True
+        self.path.counts[stepping.LEAVING] = 0
+        return False
 
     def _slide(self) -> None:
         """Slide from a time just after the loss of the equilibrium; the time is found by trials.
