@@ -23,8 +23,14 @@ from fsm.model.bodies.contact_arrays import FRICTION, contacts_at, lack_pairs
 from fsm.model.nodes import arrays as rows
 from fsm.model.nodes.arrays import Coordinates, full_mass_of
 from fsm.model.nodes.system.array_forces import rows_times
-from fsm.model.system.array_forces import accept_nodes_and_frames, folded, set_frames, sum_forces, sum_tangents
-from fsm.model.system.array_forces import sum_damping_of_contacts
+from fsm.model.system.array_forces import (
+    accept_nodes_and_frames,
+    folded,
+    set_frames,
+    sum_damping_of_contacts,
+    sum_forces,
+    sum_tangents,
+)
 from fsm.model.system.array_statics import STATICS, place_nodes_mean
 from fsm.model.system.arrays import AT, FACETS, PLACES, Joined, matrices_of, sizes
 from fsm.solve.stepping import path_state as path

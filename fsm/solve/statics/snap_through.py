@@ -46,6 +46,9 @@ _RINGING = 500
 _NEGLIGIBLE = 1e-2
 """Kinetic energy relative to the energy that is dissipated in a few steps, below which inertia is negligible. A critically
 damped vibration has ten times as much."""
+_AS_FAST, _HALVINGS, _BISECTIONS = 0.95, 10, 3
+"""Least rate at which an unstable mode grows with inertia, over that without inertia; and numbers of halvings and bisections
+in the search of the latter."""
 _RELAXATIONS = 3
 _RELAXATION_TIME = 1e-2
 """Time of the relaxation, relative to the first step of the path, or to the time in which the forces at rest move the parts
@@ -193,7 +196,7 @@ def move_until_rest(
             continue
         slowed, step = fastest < _NEGLIGIBLE * spent, (solver.t - before[0]) / len(records)
         taken, spent, fastest = 0, 0.0, 0.0
-        if slowed and step > slowing.shortest and _dampers_hold(system, equations, solver.t, solver.q, step):
+        if slowed and step > slowing.shortest and dampers_alone_slow(system, equations, solver.t, solver.q, solver.u, step):
             wanted += slowing.wanted
             state, memory = solver.state(), system.memory()
             with at_rest(system):
@@ -225,16 +228,40 @@ def _on_path(system: System, solver: LinearSolver, t: float, q: np.ndarray, kine
     return kinetic < _AS_THE_PATH * 0.5 * float(velocity @ system.momentum(q, velocity))
 
 
-def _dampers_hold(system: System, solver: LinearSolver, t: float, q: np.ndarray, step: float) -> bool:
-    """Whether K + D/step is positive definite, so that steps of this size (s) without inertia follow the motion."""
+def dampers_alone_slow(system: System, solver: LinearSolver, t: float, q: np.ndarray, u: np.ndarray, step: float) -> bool:
+    """Whether dampers alone determine how fast unstable modes grow, and steps of this size (s) follow their growth.
+
+    Without inertia the fastest mode grows at the largest rate s at which K + s D is singular, with inertia at that of
+    K + s D + s^2 M. The first rate has to be below 1/step, and the second one nearly as large.
+    """
     with at_rest(system):
-        linear = system.linearise(t, q, np.zeros(system.nu))
-        matrix = linear.stiffness.with_data(linear.stiffness.data + linear.damping.data / step)
+        linear = system.linearise(t, q, u)
+    stiffness, damping = linear.stiffness, linear.damping.data
+    inertia = system.inertia(q, stiffness.pattern)
+
+    def grows(rate: float, part: float = 0.0) -> bool:
+        """Whether a mode grows faster than this rate (1/s); `part` is that of the inertia."""
+        matrix = stiffness.with_data(stiffness.data + rate * damping + part * rate**2 * inertia)
         try:
             solver.factorise(matrix.symmetric())
         except NotConverged:
-            return False
-        return solver.negative_pivots() == 0
+            return True
+        return solver.negative_pivots() > 0
+
+    high = 1.0 / step
+    if grows(high):
+        return False
+    for _ in range(_HALVINGS):
+        if grows(0.5 * high):
+            break
+        high *= 0.5
+    else:  # no mode grows in the time of many steps
+        return True
+    low = 0.5 * high
+    for _ in range(_BISECTIONS):
+        middle = math.sqrt(low * high)
+        low, high = (middle, high) if grows(middle) else (low, middle)
+    return grows(_AS_FAST * low, 1.0)
 
 
 def _relaxed(system: System, t: float, q: np.ndarray, u: np.ndarray, longest: float) -> np.ndarray:

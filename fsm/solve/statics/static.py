@@ -9,7 +9,8 @@ A step predicts the next configuration by extrapolation and corrects it by Newto
 
 Otherwise the step is cut. If the smallest step fails, the state is near a critical point, and `fsm.solve.statics.critical`
 determines its type. At a bifurcation the stable branch is followed. At a limit point the structure snaps, and its
-motion is integrated until it comes to rest (`fsm.solve.statics.snap_through`). Both are recorded as events.
+motion is integrated until it comes to rest (`fsm.solve.statics.snap_through`), or until dampers alone slow it; the path
+with dampers then continues the motion. Both are recorded as events.
 """
 
 from __future__ import annotations
@@ -31,8 +32,8 @@ from fsm.solve.settings import PathSettings
 from fsm.solve.statics.arc_length import limit_point_before
 from fsm.solve.statics.critical import Critical, critical_point, softest_mode, stable_branch
 from fsm.solve.statics.path_model import SHORT
-from fsm.solve.statics.path_steps import LARGEST_CORRECTION, PathSteps, Reason, mark
-from fsm.solve.statics.snap_through import RestCriterion, Slowing, move_until_rest, slide
+from fsm.solve.statics.path_steps import LARGEST_CORRECTION, SOON, Mark, PathSteps, Reason, mark
+from fsm.solve.statics.snap_through import RestCriterion, Slowing, dampers_alone_slow, move_until_rest, slide
 from fsm.solve.stepping import path_state as stepping
 from fsm.solve.stepping.path import EXACT, MOVING, attempt, next_time
 
@@ -50,6 +51,9 @@ _SLOWED, _HANDED, _LEAVING = 8, 6, 200
 """Steps of a motion with negligible inertia after which the path with dampers continues it, twice as many after each time
 that it did not reach a stable state; largest number of such times in a snap; and largest number of states near an unstable
 equilibrium, after which they count as a critical point."""
+_NEGLIGIBLE = 0.1
+"""Kinetic energy relative to the energy that the last steps of the path with dampers dissipate, above which a snap goes on
+with inertia."""
 _LATER = 10.0
 """Factor on the time after the equilibrium is lost, after a slide that found no equilibrium."""
 _CALMER = 6
@@ -85,7 +89,15 @@ def follow(
 
 
 class _Follower(PathSteps):
-    """Path with its critical points."""
+    """Path with its critical points.
+
+    Attributes
+    ----------
+    spent, dissipated : J
+        Energy that the last steps dissipated, each with half of the weight of the next one, and all steps so far.
+    """
+
+    spent = dissipated = 0.0
 
     def go(self) -> None:
         """Follow the path to the end."""
@@ -108,6 +120,8 @@ class _Follower(PathSteps):
                     self._judge_energy()
                     if self.at_event:
                         self._settle()
+                    if self._inertia_returns():
+                        self._pass_critical(Reason.INERTIA)
                 else:
                     self._pass_critical(reason)
             if self.lost is not None:
@@ -117,6 +131,21 @@ class _Follower(PathSteps):
                 recorder.save_last(final=True)
         finally:
             self._count(begun)
+
+    def _inertia_returns(self) -> bool:
+        """Whether inertia counts again in a snap that the path with dampers has continued."""
+        recorder, kinetic = self.recorder, self.recorder.last.energy.kinetic
+        dissipated = recorder.energy_balance.dissipated
+        # a step that is shortened to end at a given time dissipates little
+        self.spent, self.dissipated = 0.5 * self.spent + dissipated - self.dissipated, dissipated
+        if not self.path.counts[stepping.LEAVING]:
+            return False
+        if kinetic > max(_NEGLIGIBLE * self.spent, _DRIVEN * self.slow):
+            return True
+        if self.since_motion % SOON:
+            return False
+        step = recorder.time - float(self.path.numbers[stepping.BEFORE])
+        return not dampers_alone_slow(self.system, self.newton.solver, recorder.time, recorder.q, recorder.u, step)
 
     def _force_limit_reached(self) -> bool:
         """Whether the force of the first drive has reached its limit, up to `EXACT`."""
@@ -181,8 +210,8 @@ class _Follower(PathSteps):
         self.system.lock(0.0)
         if sum(event.kind != "damped snap" for event in self.statistics.events) >= _EVENTS:
             self._fail(Outcome.NO_EQUILIBRIUM)
-        before, slowed = self.lost or mark(recorder), self.handed > 0 and (self.lost is None or self.path.counts[stepping.LEAVING] > 0)
-        self.lost, self.lost_as, self.path.counts[stepping.LEAVING] = None, "damped snap", 0
+        slowed = self.handed > 0 and (self.lost is None or self.path.counts[stepping.LEAVING] > 0)
+        before = self._begin_of_event()
         later = recorder.time + 1e-3 * self.first_step
         kind = "motion"
         if reason is Reason.SINGULAR:
@@ -206,6 +235,12 @@ class _Follower(PathSteps):
             return
         self._note(kind, before)
         self._go_on_slowly()
+
+    def _begin_of_event(self) -> Mark:
+        """Present state, or the one before the unstable states up to here, which are no event of their own any more."""
+        before = self.lost or mark(self.recorder)
+        self.lost, self.lost_as, self.path.counts[stepping.LEAVING] = None, "damped snap", 0
+        return before
 
     def _passed_limit(self) -> bool:
         """Whether loads or drives passed a limit point before the end of a motion: then no slower ones follow equilibria.
@@ -290,6 +325,7 @@ class _Follower(PathSteps):
         prediction has the velocities of the motion.
         """
         recorder = self.recorder
+        self.spent, self.dissipated = 0.0, recorder.energy_balance.dissipated
         self._forget(step)
         self.step_size = step or 1e-2 * self.first_step
         self.path.counts[stepping.LEAVING] = _LEAVING if step else 0
