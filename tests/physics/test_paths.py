@@ -14,10 +14,9 @@ from fsm.errors import NotConverged
 from fsm.model.compile.compile import compile_scene
 from fsm.model.system.system import SegmentSystem
 from fsm.solve.equations.newton import negative_pivots
-from fsm.solve.outcome.energy_balance import EnergyBalance
 from fsm.solve.outcome.run_io import CurvePoint, SavedState, Statistics
 from fsm.solve.settings import PathSettings
-from fsm.solve.statics import snap_through, static
+from fsm.solve.statics import snap_through
 from fsm.solve.statics.arc_length import PathPoint, trace
 from fsm.solve.statics.static import follow
 from validation.closed_forms.beams import POST_BUCKLING as ELASTICA
@@ -237,25 +236,3 @@ def test_a_snap_does_not_depend_on_the_steps_of_a_kernel(monkeypatch: pytest.Mon
 def test_the_steps_of_a_snap_count() -> None:
     with pytest.raises(NotConverged, match=r"step 400, .* solve.max_steps, in the motion after a snap; raise"):
         snap_of_truss(max_steps=400)
-
-
-def test_a_snap_that_dampers_alone_slow_needs_no_inertia(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Strong dampers: the path with dampers and the motion to rest have the same forces along the snap and after it."""
-
-    def forces() -> tuple[np.ndarray, np.ndarray, Statistics, EnergyBalance]:
-        system, saved = truss(0.5), list[SavedState]()
-        motion = system.motions[0]
-        times = np.linspace(0.0, motion.end_time, 101)[1:]
-        settings = PathSettings(motion.end_time, motion.time_of(0.01), rtol=1e-5)
-        statistics, balance = follow(system, settings, list(times), saved.append)
-        found = [(state.observation.drive.force[0], sunk(state.q)) for state in saved]
-        return *np.array(found).T, statistics, balance
-
-    force, depth, statistics, balance = forces()
-    monkeypatch.setattr(static, "_HANDED", 0)
-    reference, its_depth, inertial, its_balance = forces()
-    assert [event.kind for event in statistics.events] == [event.kind for event in inertial.events] == ["snap"]
-    assert statistics.steps < inertial.steps
-    np.testing.assert_allclose(force, reference, atol=5e-3 * np.abs(reference).max())
-    np.testing.assert_allclose(depth, its_depth, atol=5e-3 * RISE)
-    assert balance.dissipated == pytest.approx(its_balance.dissipated, rel=5e-3)
