@@ -295,7 +295,7 @@ class _Follower(PathSteps):
         rest = RestCriterion(MOVING, scale, _DRIVEN * self.slow, math.inf if released else _WAIT * self.first_step)
         slowing = None
         if self.handed < _HANDED and not released:
-            slowing = Slowing(self._continues, 10.0 * self.smallest, _SLOWED << self.handed)
+            slowing = Slowing(self._continues, 2.0 * self.smallest, _SLOWED << self.handed)
         u = recorder.u if moving else np.zeros_like(recorder.u)
         if moving:
             recorder.begin_motion()
