@@ -111,6 +111,9 @@ def drawn_beside() -> Iterator[None]:
 
 def _ready() -> Callable[[tuple[Solution, Path]], None]:
     _import_plots()
+    from fsm.views.plots import energy, motion, style
+
+    style.prepare(motion.GRID, energy.GRID, style.Grid(), style.Grid())  # also for force and contact
     return lambda request: _draw_all(*request)
 
 
