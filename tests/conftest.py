@@ -5,7 +5,7 @@ from __future__ import annotations
 import resource
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -23,18 +23,19 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 settings.register_profile("fsm", deadline=None)  # the first call may compile kernels, and processors differ in speed
 settings.load_profile("fsm")
 
-_draw = fsm.run.run_case.draw
+_draw = fsm.run.run_case.begin_drawing
 
 
-def _no_figures(solution: Solution, out: Path, alone: bool = False) -> None:
+def _no_figures(solution: Solution, out: Path, alone: bool = False) -> Callable[[], list[Path]]:
     """Leave what `figures=False` leaves."""
     remove_figures(out)
+    return list
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_setup(item: pytest.Item) -> Iterator[None]:
     """Runs of a test draw figures only if the test or its module has the mark `figures`; also runs in fixtures."""
-    fsm.run.run_case.draw = _draw if item.get_closest_marker("figures") else _no_figures
+    fsm.run.run_case.begin_drawing = _draw if item.get_closest_marker("figures") else _no_figures
     return (yield)
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
@@ -436,6 +438,25 @@ def _open_closed_streams() -> None:
             setattr(sys, name, open(number, "w" if number else "r", encoding="utf-8", closefd=False))  # noqa: SIM115
 
 
+def _end_process(ending: SystemExit) -> None:
+    """End the process without deleting its modules and objects one by one, which takes 30 ms.
+
+    Functions that are registered for the end of the process are called. Return if other threads run, if the output cannot be
+    written, or if there is no exit code: Python then ends the process.
+    """
+    threads = [thread for thread in threading.enumerate() if thread is not threading.main_thread() and not thread.daemon]
+    code = 0 if ending.code is None else ending.code
+    if threads or not isinstance(code, int):
+        return
+    try:
+        sys.stdout.flush()
+        sys.stderr.flush()
+    except OSError:
+        return
+    atexit._run_exitfuncs()
+    os._exit(code & 0xFF)
+
+
 def main() -> None:
     """Run the command ``fsm``."""
     _open_closed_streams()
@@ -445,3 +466,6 @@ def main() -> None:
             cli(prog_name="fsm")
     except KeyboardInterrupt:  # the interrupt came before or after the command itself
         sys.exit(130)
+    except SystemExit as ending:
+        _end_process(ending)
+        raise

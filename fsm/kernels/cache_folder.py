@@ -244,14 +244,21 @@ def _machine() -> tuple[str, str]:
 
 def _imported(path: str, read: Callable[[str], bytes | None]) -> dict[str, bytes]:
     """Contents, by path, of the module at `path` and of all modules of the package that it imports."""
+    imports = _found_at_import if read is _text_at_import else _candidates
     contents: dict[str, bytes] = {}
     waiting = [path]
     while waiting:
         source = waiting.pop()
         if source not in contents and (text := read(source)) is not None:
             contents[source] = text
-            waiting.extend(_candidates(text))
+            waiting.extend(imports(text))
     return contents
+
+
+@cache
+def _found_at_import(text: bytes) -> tuple[str, ...]:
+    """Modules of the package that `text` imports, as read at the first call: most of `_candidates` do not exist."""
+    return tuple(file for file in _candidates(text) if _text_at_import(file) is not None)
 
 
 @cache

@@ -11,13 +11,14 @@ import io
 import logging
 import pickle
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import llvmlite.binding as llvm
 from numba.core import sigutils
 from numba.core.compiler import CompileResult
-from numba.core.runtime import rtsys
+from numba.core.runtime import _nrt_python
 from numba.core.serialize import NumbaPickler
 from numba.core.types import containers
 
@@ -82,11 +83,8 @@ class KernelCache:
         return self.folder / f"{self._name}.{kind}-{hashlib.sha256(text.encode()).hexdigest()[:24]}"
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return the stored machine code for the signature `sig`, or None; this process compiles the kernel then.
-
-        It needs the memory management of numba, but not the tables of types and functions that a compilation needs.
-        """
-        rtsys.initialize(target_context)
+        """Return the stored machine code for the signature `sig`, or None; this process compiles the kernel then."""
+        _add_memory_management()
         kinds = sigutils.normalize_signature(sig)[0]
         file = self.file(kinds, self._kind)
         if file is None:
@@ -157,6 +155,16 @@ class _Reader(pickle.Unpickler):
 
     def persistent_load(self, place: int) -> Any:
         return self._kinds[place]
+
+
+@cache
+def _add_memory_management() -> None:
+    """Let machine code find numba's functions of counted references.
+
+    A compilation also makes those that kernels contain, which takes 20 ms; stored machine code has its own.
+    """
+    for name, address in _nrt_python.c_helpers.items():
+        llvm.add_symbol(name if name.startswith("_") else f"NRT_{name}", address)
 
 
 def _content(kinds: tuple[Any, ...], data: Any) -> bytes:

@@ -9,8 +9,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from tqdm import tqdm
-
 from fsm.text.shown_units import count
 
 _LINE_EVERY = 10.0
@@ -34,8 +32,12 @@ class Progress:
     ) -> None:
         self._report = show if callable(show) else None
         self._lines = show is True and not sys.stderr.isatty()
-        self._bar = tqdm(total=100.0, desc=title[:40], unit="%", disable=show is not True or self._lines)
-        self._bar.bar_format = "{desc} {percentage:3.0f}%|{bar}| {elapsed}<{remaining}{postfix}"
+        self._bar: Any = None
+        if show is True and not self._lines:
+            from tqdm import tqdm
+
+            self._bar = tqdm(total=100.0, desc=title[:40], unit="%")
+            self._bar.bar_format = "{desc} {percentage:3.0f}%|{bar}| {elapsed}<{remaining}{postfix}"
         self._end, self._title, self._name, self._jit = end, title, title, jit
         self._last_line = time.monotonic()
         self._compiled = 0
@@ -50,14 +52,15 @@ class Progress:
     def __exit__(self, *exception: object) -> None:
         if self._unsubscribe is not None:
             self._unsubscribe()
-        self._bar.close()
+        if self._bar is not None:
+            self._bar.close()
 
     def step(self, t: float, steps: int) -> None:
         """Update the time reached (s) and the number of steps."""
         fraction = t / self._end
         if self._report is not None:
             self._report(fraction)
-        if self._visible and not self._lines:
+        if self._bar is not None:
             self._bar.set_postfix_str(count(steps, "step"), refresh=False)
             self._bar.update(100.0 * fraction - self._bar.n)
         elif self._lines and time.monotonic() - self._last_line > _LINE_EVERY:
@@ -73,7 +76,8 @@ class Progress:
         end : its end time, s
         """
         self._end, self._name = end, f"{self._title}: {name}"
-        self._bar.set_description_str(self._name, refresh=False)
+        if self._bar is not None:
+            self._bar.set_description_str(self._name, refresh=False)
 
     def _compiling(self, name: str) -> None:
         self._compiled += 1
@@ -82,7 +86,7 @@ class Progress:
         if self._lines:
             if self._compiled % 10 == 1:
                 print(f"{self._title}: {text}", file=sys.stderr, flush=True)
-        else:
+        elif self._bar is not None:
             self._bar.set_postfix_str(text)
 
 

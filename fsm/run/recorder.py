@@ -130,7 +130,13 @@ class RecordedSolve:
         self.latest: AcceptedStep | None = None
         self.last: RestartPoint | None = None
 
-    def run(self, progress: bool | Callable[[float], None], begun: float, compiled: float) -> Solution:
+    def run(
+        self,
+        progress: bool | Callable[[float], None],
+        begun: float,
+        compiled: float,
+        on_result: Callable[[Solution], None] = lambda solution: None,
+    ) -> Solution:
         """Run all steps and write the results file.
 
         Parameters
@@ -138,6 +144,8 @@ class RecordedSolve:
         progress : bool or callable
         begun, compiled : s
             Clock and compile time at the start of the run.
+        on_result : function
+            Receives the complete result before its file is written.
         """
         if self.of_another_case and self.checkpoint is not None:
             report_restart(progress, self.checkpoint)
@@ -202,6 +210,7 @@ class RecordedSolve:
             solution.curve = ForceCurve.from_points(self.points).decimate().without_pairs() if driven else None
             solution.stats, solution.summary = stored_attributes(counters_of(statistics)), stored_attributes(summary)
             solution.modes = StepModes.joined(self.modes)
+            on_result(solution)
             writer.finish(solution)
         if self.checkpoint is not None:
             self.checkpoint.unlink(missing_ok=True)

@@ -31,7 +31,7 @@ from fsm.results.summary_file import SUMMARY, write_summary
 from fsm.run.progress import report_compilation, report_restart
 from fsm.run.recorder import OnState, RecordedSolve
 from fsm.run.summary import joined, missed_expectations
-from fsm.views.plots.figures import draw, remove_figures
+from fsm.views.plots.figures import begin_drawing, remove_figures
 
 
 class Finished(NamedTuple):
@@ -164,7 +164,7 @@ def _run_analysis(
     solution = _solved(loaded, out, progress) if resume and out is not None else None
     if solution is not None and out is not None:
         remove_partial_files(out)
-        _write(solution, out, figures)
+        _write(solution, out, begin_drawing(solution, out, alone=True) if figures else None)
         return solution
     with report_compilation(progress, _title(loaded), jit):
         analysis.initialise(warnings)
@@ -172,14 +172,20 @@ def _run_analysis(
         out.mkdir(parents=True, exist_ok=True)
         remove_partial_files(out)
     solve = RecordedSolve(loaded, analysis, out, resume, warnings, on_state)
+    drawn: list[Callable[[], object]] = []
+
+    def begin_figures(solution: Solution) -> None:
+        if figures and out is not None:
+            drawn.append(begin_drawing(solution, out, alone=True))
+
     try:
-        solution = solve.run(progress, *begun)
+        solution = solve.run(progress, *begun, begin_figures)
     except (NotConverged, EnergyAbort) as error:  # a warning about the case may state the cause
         if not solve.warnings:
             raise
         raise type(error)(" ".join([f"{error}.", *(f"Warning: {text}." for text in solve.warnings)])) from error
     if out is not None:
-        _write(solution, out, figures)
+        _write(solution, out, drawn[0] if drawn else None)
     return solution
 
 
@@ -257,8 +263,11 @@ def _write_events(solution: Solution, path: Path) -> None:
     write_events_csv(solution.summary["joint_events"], path)
 
 
-def _write(solution: Solution, out: Path, figures: bool) -> None:
-    """Write curves and plots, and summary.json last, so that its presence means that the run is complete."""
+def _write(solution: Solution, out: Path, drawn: Callable[[], object] | None) -> None:
+    """Write curves, and summary.json last, so that its presence means that the run is complete.
+
+    `drawn` waits for the figures; None if there are none.
+    """
     curve = solution.force_curve
     tables: dict[str, Callable[[Solution, Path], None] | None] = {
         "force.csv": write_force_csv if solution.travel.shape[1] else None,
@@ -277,8 +286,8 @@ def _write(solution: Solution, out: Path, figures: bool) -> None:
             write(solution, out / name)
         else:  # this file belongs to an earlier run in the folder
             (out / name).unlink(missing_ok=True)
-    if figures:
-        draw(solution, out, alone=True)
+    if drawn is not None:
+        drawn()
     else:  # these files belong to an earlier run in the folder
         remove_figures(out)
     write_summary(solution.summary, out / SUMMARY)

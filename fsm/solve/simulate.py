@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,8 +12,9 @@ from fsm.solve.outcome.energy_balance import EnergyBalance
 from fsm.solve.outcome.run_io import AcceptedStep, CurvePoint, InitialState, OutputRequest, SavedState, Statistics, Watch
 from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.statics.static import follow
-from fsm.solve.time.run import Run
-from fsm.solve.time.stepwise_run import STEPWISE, StepwiseRun
+
+if TYPE_CHECKING:
+    from fsm.solve.time.run import Run
 
 
 def simulate(
@@ -48,6 +50,8 @@ def simulate(
     if isinstance(settings, PathSettings):
         rest = start, energy_balance, points, after, each_step, several
         return follow(system, settings, save_times, on_save, on_step, *rest)
+    from fsm.solve.time.stepwise_run import STEPWISE, StepwiseRun  # imports all methods of time integration
+
     kind: type[Run] = StepwiseRun
     if settings.method not in STEPWISE:
         from fsm.solve.time.dense_run import DenseRun  # imports SciPy's integrators

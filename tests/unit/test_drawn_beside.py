@@ -64,13 +64,13 @@ def _write_number(path: Path) -> None:
 
 def test_the_copy_that_waits_answers_each_request_and_ends_with_the_block(tmp_path):
     with beside.waiting_copy(lambda: _write_number):
-        assert beside.ask_copy(tmp_path / "first")
-        assert beside.ask_copy(tmp_path / "second")
+        assert beside.ask_copy(tmp_path / "first")()
+        assert beside.ask_copy(tmp_path / "second")()
     numbers = {path.read_text(encoding="utf-8") for path in tmp_path.iterdir()}
     assert len(numbers) == 1 and numbers != {str(os.getpid())}
     with pytest.raises(ProcessLookupError):
         os.kill(int(numbers.pop()), 0)
-    assert not beside.ask_copy(tmp_path / "third")  # there is none
+    assert not beside.ask_copy(tmp_path / "third")()  # there is none
 
 
 def test_a_copy_that_fails_or_ends_leaves_the_request_to_this_process():
@@ -80,7 +80,7 @@ def test_a_copy_that_fails_or_ends_leaves_the_request_to_this_process():
         raise ValueError(how)
 
     with beside.waiting_copy(lambda: answer):
-        assert [beside.ask_copy(how) for how in ("fail", "fail", "end", "fail")] == [False] * 4
+        assert [beside.ask_copy(how)() for how in ("fail", "fail", "end", "fail")] == [False] * 4
 
 
 def test_a_result_is_drawn_by_the_copy_of_the_command(tmp_path, monkeypatch):
@@ -103,7 +103,7 @@ def test_copies_of_the_copy_end_with_it(tmp_path):
         path.write_text(str(os.getpgid(0)), encoding="utf-8")
 
     with beside.waiting_copy(lambda: answer):
-        assert beside.ask_copy(tmp_path / "group")
+        assert beside.ask_copy(tmp_path / "group")()
     group, deadline = int((tmp_path / "group").read_text(encoding="utf-8")), time.monotonic() + 10.0
     assert group != os.getpgid(0)
     while _has_members(group) and time.monotonic() < deadline:

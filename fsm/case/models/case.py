@@ -1,7 +1,5 @@
 """Model of a case file: its sections and their keys."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, Literal, Self

@@ -1,7 +1,5 @@
 """Gas of a scene: its chambers with their lids, and the surfaces of rigid panels around them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Sections [contact] and [friction] of a case; the laws themselves are in `fsm.laws`."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Final, NamedTuple, Self

@@ -1,7 +1,5 @@
 """Section [[scene.couplings]] of a case: elements on the coordinates of several joints."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, Self
 

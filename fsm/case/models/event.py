@@ -1,7 +1,5 @@
 """Section [[event]] of a case: what happens in a motion when a condition becomes true."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Annotated, Any
 

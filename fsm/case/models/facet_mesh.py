@@ -5,8 +5,6 @@ around a node with one pair of slopes is a sector. Vectors are numbered by secto
 and 3 s + 2 are its slopes along two orthogonal directions. All sectors of a node use the position of the first one.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Sections [[gas]] and [[orifice]] of a case: gas in closed chambers of a sheet, and flow between them."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Annotated, Literal, Self
 

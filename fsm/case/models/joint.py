@@ -1,7 +1,5 @@
 """Section [[scene.joints]] of a case: ideal joints between two bodies."""
 
-from __future__ import annotations
-
 import math
 from typing import Any, Literal, Self
 

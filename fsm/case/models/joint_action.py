@@ -1,7 +1,5 @@
 """Springs, dampers, friction, stops, latches and harnesses on the free coordinate of a joint."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from itertools import pairwise

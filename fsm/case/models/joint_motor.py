@@ -1,7 +1,5 @@
 """Motors on the free coordinate of a joint that turns or slides."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any, Self

@@ -7,8 +7,6 @@ Resultants follow from the strains exx, eyy, 2 exy of the middle surface and the
 with the stiffness Q_k of each ply in the axes of the sheet.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

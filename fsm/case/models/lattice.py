@@ -1,7 +1,5 @@
 """Section [lattice] of a case: planar lattice of rigid squares with compliant hinges."""
 
-from __future__ import annotations
-
 from typing import Literal, Self
 
 from pydantic import model_validator

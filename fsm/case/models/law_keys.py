@@ -3,8 +3,6 @@
 Section [[scene.point_elements]] of a case: elements of an extension whose energy depends on the positions of points.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any, ClassVar, Final, NamedTuple, NoReturn

@@ -1,7 +1,5 @@
 """Loads and drives of a scene: wrenches as functions of time, and prescribed motions."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Literal, Self
 

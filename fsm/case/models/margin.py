@@ -1,7 +1,5 @@
 """Section [[margin]] of a case: motorisation margins of joints that turn."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Annotated, Self
 

@@ -1,7 +1,5 @@
 """Sections [material] and [crease] of a case."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from pathlib import Path

@@ -4,8 +4,6 @@ The film lies in the plane z = 0 with its centre at the origin. The film's lengt
 along z.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator

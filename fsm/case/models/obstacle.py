@@ -1,7 +1,5 @@
 """Section [[obstacle]] of a case: rigid obstacles for plates and panels, at rest or fixed to a body."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator

@@ -5,8 +5,6 @@ h1 ... hn. Bar k.1 goes from b(k) to a(k+1), bar k.2 from a(k) to b(k+1). The ar
 have the axes of all scenes, its y axis is z.
 """
 
-from __future__ import annotations
-
 from typing import Literal, Self
 
 from pydantic import model_validator

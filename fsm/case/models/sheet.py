@@ -1,7 +1,5 @@
 """Section [sheet] of a case: a folded sheet in space, of facets that creases join."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Annotated, Literal, Self

@@ -1,7 +1,5 @@
 """Parts of section [sheet] of a case: supports, plies, probes, creases and bars."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, Literal, Self
 

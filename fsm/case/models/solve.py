@@ -3,8 +3,6 @@
 Steps of a run: each begins where the last one ended, on the same model.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator

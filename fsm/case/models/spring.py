@@ -3,8 +3,6 @@
 Section [[scene.cords]] of a case: cords from point to point, over small pulleys.
 """
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 from typing import Literal, Self

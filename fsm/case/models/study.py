@@ -5,8 +5,6 @@ Numbers of a parameter have the unit of its key in the case, so they are read wh
 File of `fsm optimise`: variables of a case with bounds, the objective, and constraints.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Literal, Self
 

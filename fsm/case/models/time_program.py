@@ -1,7 +1,5 @@
 """Functions of time that multiply loads and prescribed motions: constant, ramp, table and cycle."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 from typing import Annotated, Literal, Self

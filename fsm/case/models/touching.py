@@ -1,7 +1,5 @@
 """Surface of a sheet whose points and edges touch the sheet itself, bodies and obstacles."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Trusses of a [scene]: points, bars with axial laws between them, and rotational springs about lines between points."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Literal, Self
 

@@ -1,7 +1,5 @@
 """Section [wing] of a case: panels in a row, folded along hinge lines."""
 
-from __future__ import annotations
-
 import math
 import re
 from typing import Annotated, Literal, Self

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from fsm.builders.sheet.reach import taut_travels
 from fsm.case.models.case import Case
 from fsm.case.models.scene import Scene
 from fsm.case.plan.method_selection import REFERENCES, WITH_JOINTS, beyond_explicit
@@ -32,6 +31,10 @@ def plan_warnings(case: Case, scene: Scene, plan: Plan | None) -> list[str]:
 
 def _stretched_sheets(case: Case) -> Iterator[str]:
     """Warning for each drive that pulls a folded sheet beyond its full length."""
+    if case.sheet is None:
+        return
+    from fsm.builders.sheet.reach import taut_travels  # this import loads all patterns
+
     for drive, travel in taut_travels(case):
         if drive.size > travel:
             yield (

@@ -61,20 +61,28 @@ def waiting_copy(prepare: Callable[[], Callable[[Any], None]]) -> Iterator[None]
                 stream.close()
 
 
-def ask_copy(request: Any) -> bool:
-    """Let the copy that waits do what is asked; False if there is none, or if it fails.
+def ask_copy(request: Any) -> Callable[[], bool]:
+    """Let the copy that waits do what is asked, which it receives as a pickle.
 
-    The copy receives the request as a pickle.
+    Returns
+    -------
+    Function that waits for the copy; False if there is none, or if it fails. Call it before the next request.
     """
     if not _waiting:
-        return False
+        return lambda: False
     stream, replies = _waiting[-1]
+
+    def done() -> bool:
+        with suppress(OSError):
+            return os.read(replies, 1) == _DONE
+        return False
+
     try:
         pickle.dump(request, stream, protocol=5)
         stream.flush()
-        return os.read(replies, 1) == _DONE
     except OSError:  # the copy has ended
-        return False
+        return lambda: False
+    return done
 
 
 def _serve(answer: Callable[[Any], None], asked: int, replying: int) -> None:
@@ -133,7 +141,8 @@ def draw_all(plots: Sequence[Callable[[], None]], two: bool) -> None:
         while len(done) < len(plots) and (numbers_of_copy := os.read(read, len(plots))):
             done.update(numbers_of_copy)
     finally:
-        _end(copy)
+        if len(done) < len(plots):
+            _end(copy)  # else it ends by itself, and the wait for its end would take 10 ms
         os.close(waiting)
         os.close(read)
     for k in sorted({*range(len(plots))} - done):

@@ -38,8 +38,8 @@ def plot_contact_map(solution: Solution, path: str | Path) -> None:
     """
     names, force, area = contact_rows(solution)
     height = float(np.clip(1.35 + 0.26 * len(names), 2.0, 9.0))
-    with look.figure(path, (look.WIDE[0], height)) as fig:
-        ax = fig.add_subplot()
+    with look.figure(path, (look.WIDE[0], height), look.Grid()) as fig:
+        (ax,) = fig.axes
         x, label = look.abscissa(solution)
         ax.set_xlabel(label)
         _name_rows(ax, names)

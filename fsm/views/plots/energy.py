@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from fsm.results.film import Floats
 from fsm.results.solution import Solution
 from fsm.views.plots.drawing import line_width
-from fsm.views.plots.style import COLOURS, GREY, WIDE, evolution, figure, figure_unit
+from fsm.views.plots.style import COLOURS, GREY, WIDE, Grid, evolution, figure, figure_unit
 
 STACK = {
     "creases": ("creases", COLOURS[0]),
@@ -31,6 +31,8 @@ STACK = {
     "numerical": ("numerical dissipation", "#666666"),
 }
 """Label and colour of the stacked energies, from below: all of `ENERGIES` except work and error."""
+GRID = Grid(2, 1, "x", (2.6, 1.0))
+"""Axes of the energies, and of the energy balance residual."""
 _VISIBLE = 2e-3
 """Largest value of an energy, relative to the height of the stack, below which the energy is too thin to be seen."""
 
@@ -45,8 +47,8 @@ def plot_energy(solution: Solution, path: str | Path) -> None:
     changes = {name: solution.energy[name] - solution.energy[name][0] for name in STACK}
     work = solution.energy["work"] - solution.energy["work"][0]
     factor, unit = figure_unit("J", [work, *changes.values()])
-    with figure(path, (WIDE[0], 5.0)) as fig:
-        top, bottom = fig.subplots(2, 1, sharex=True, height_ratios=[2.6, 1])
+    with figure(path, (WIDE[0], 5.0), GRID) as fig:
+        top, bottom = fig.axes
         thin = _draw_stack(top, x, {name: values * factor for name, values in changes.items()})
         released = -sum(np.minimum(values, 0.0) for values in changes.values())
         visible = np.any(released > 1e-3 * np.max(np.abs(work)))

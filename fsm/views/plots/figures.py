@@ -79,12 +79,22 @@ def draw(solution: Solution, folder: Path, alone: bool = False) -> list[Path]:
     list of Path
         Paths of the figures.
     """
+    return begin_drawing(solution, folder, alone)()
+
+
+def begin_drawing(solution: Solution, folder: Path, alone: bool = False) -> Callable[[], list[Path]]:
+    """As `draw`, but return a function that waits for the copy, or draws the figures if there is none."""
     figures = {_named(name, file_format()): plot for name, plot in figures_of(solution).items()}
     kept = {Path(name).stem for name in figures} if not alone else set()
     remove_figures(folder, {*figures, *(_named(f"{stem}.png", suffix) for stem in kept for suffix in FORMATS)})
-    if not ask_copy((solution, folder)):
-        _draw_all(solution, folder)
-    return [folder / name for name in figures]
+    drawn = ask_copy((solution, folder))
+
+    def end() -> list[Path]:
+        if not drawn():
+            _draw_all(solution, folder)
+        return [folder / name for name in figures]
+
+    return end
 
 
 def _draw_all(solution: Solution, folder: Path) -> None:
@@ -111,6 +121,9 @@ def drawn_beside() -> Iterator[None]:
 
 def _ready() -> Callable[[tuple[Solution, Path]], None]:
     _import_plots()
+    from fsm.views.plots import energy, motion, style
+
+    style.prepare(motion.GRID, energy.GRID, style.Grid(), style.Grid())  # also for force and contact
     return lambda request: _draw_all(*request)
 
 

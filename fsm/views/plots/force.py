@@ -37,8 +37,8 @@ def plot_force(solution: Solution, path: str | Path) -> None:
     drives, first = range(solution.travel.shape[1]), solution.layout.turns()
     own = [k for k in drives if solution.layout.turns(k) == first]
     others = [k for k in drives if k not in own]
-    with look.figure(path, look.WIDE if others else look.SINGLE) as fig:
-        ax = fig.add_subplot(1, 2 if others else 1, 1)
+    with look.figure(path, look.WIDE if others else look.SINGLE, look.Grid(1, 2 if others else 1)) as fig:
+        ax = fig.axes[0]
         if not solution.travel.shape[1]:
             ax.set_xlabel("time (s)")
             _draw_pairs(ax, solution)
@@ -49,7 +49,7 @@ def plot_force(solution: Solution, path: str | Path) -> None:
         curve = solution.force_curve
         _draw_drives(ax, solution, own)
         if others:
-            beside = fig.add_subplot(1, 2, 2)
+            beside = fig.axes[1]
             beside.set_xlabel(look.travel_label(not first, look.drive_units(solution, others)[1]))
             _draw_drives(beside, solution, others)
             _limit(beside, curve, others, look.drive_units(solution, others)[0].factor)

@@ -21,6 +21,8 @@ from fsm.views.plots.parts import OBSTACLE, colours_of_parts, handles_of_parts, 
 from fsm.views.plots.space import arrange_in_space, draw_in_space, height_in_space
 from fsm.views.plots.style import add_legend_across, summary_with_stages
 
+GRID = look.Grid(2, 3, "xy")
+"""Axes of a motion in the plane with all its pictures."""
 _IDLE = 1e-4
 """Largest force of a drive relative to that of another drive, below which it has no force."""
 _PAD = 0.05
@@ -52,15 +54,17 @@ def plot_motion(solution: Solution, path: str | Path, views: int = 6) -> None:
     handles = handles_of_parts(solution)
     if len(chosen) and obstacle_outlines(solution, chosen[0], *view):
         handles.append(Patch(facecolor=OBSTACLE, label="obstacles"))
-    with look.figure(path, (look.WIDE[0], height)) as fig:
+    grid = None if space or not chosen else GRID._replace(rows=rows, columns=columns)
+    with look.figure(path, (look.WIDE[0], height), grid) as fig:
         fig.set_layout_engine(None)
+        for ax in fig.axes[len(chosen) :]:
+            ax.remove()
         for k, record in enumerate(chosen):
             text = _title(solution, record, stages)
             if space:
                 draw_in_space(fig, solution, record, everything, view, text)
                 continue
-            first = fig.axes[0] if fig.axes else None
-            ax = fig.add_subplot(rows, columns, k + 1, sharex=first, sharey=first)
+            ax = fig.axes[k]
             unit = _draw_plane(ax, solution, record, everything, view)
             ax.set_title(text)
             lowest, leftmost = k + columns >= len(chosen), k % columns == 0
