@@ -1,7 +1,6 @@
 """Tangents of ANCF-DKT triangles with damping, in packs of triangles; see `fsm.model.nodes.facets.facet`.
 
-With the derivatives G (24 x 27) of strains and curvatures by the nodal vectors, their moduli C, their efforts s and the rates
-s' of the strains and curvatures:
+With the derivatives G (24 x 27) of strains and curvatures e by the nodal vectors, their moduli C and their efforts s:
 
     -dh/dq = G^T C G + sum_r s_r d^2 e_r/dq^2 + tau G^T C dG/dt,    -dh/du = tau G^T C G
 
@@ -232,7 +231,9 @@ def _add_geometric(constants: np.ndarray, efforts: np.ndarray, out: np.ndarray) 
 
 
 @kernel
-def _add_second_curvatures(constants: np.ndarray, w: np.ndarray, efforts: np.ndarray, t: np.ndarray, out: np.ndarray) -> None:
+def _add_second_curvatures(
+    constants: np.ndarray, w: np.ndarray, efforts: np.ndarray, t: np.ndarray, out: np.ndarray
+) -> None:
     """Add the second derivatives of moments times curvatures to an upper triangle; see `fsm.model.nodes.curvature`. `t` is
     scratch: dn (3 x 6), N . dn, P r_ij . dn, half of the second derivatives by two slopes (6 x 6), those by a slope and
     m . r_ij, m . r_ij from the nodal vectors, and half of the matrix by slopes (6 x 27).
@@ -261,7 +262,8 @@ def _add_second_curvatures(constants: np.ndarray, w: np.ndarray, efforts: np.nda
                 along, on_n = n0 * s0 + n1 * s1 + n2 * s2, n0 * d0 + n1 * d1 + n2 * d2
                 t[(_ON_N + i) * LANES + k] = on_n
                 t[(_ON_REST + i) * LANES + k] = s0 * d0 + s1 * d1 + s2 * d2 - along * on_n
-                _put(t, _ACROSS + 3 * i, k, (d0 - on_n * n0) * per_size, (d1 - on_n * n1) * per_size, (d2 - on_n * n2) * per_size)
+                d0, d1, d2 = (d0 - on_n * n0) * per_size, (d1 - on_n * n1) * per_size, (d2 - on_n * n2) * per_size
+                _put(t, _ACROSS + 3 * i, k, d0, d1, d2)
         for i in range(6):
             for j in range(6):
                 for k in range(LANES):
