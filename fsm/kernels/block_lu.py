@@ -342,6 +342,42 @@ def count_negative_parts(diagonal: np.ndarray, factors: np.ndarray) -> int:
     return total
 
 
+@kernel(inline=True)
+def _add_products(factors: np.ndarray, indices: np.ndarray, first: int, last: int, y: np.ndarray, out: np.ndarray) -> None:
+    """Add the products of the blocks `first` to `last` with the rows of y (n, d) of their columns. For blocks of 3 x 3, the
+    result is stored once, because for the compiler each store may change the blocks and y.
+    """
+    if factors.shape[1] == 3:
+        x0, x1, x2 = out[0], out[1], out[2]
+        for k in range(first, last):
+            y0, y1, y2 = y[indices[k], 0], y[indices[k], 1], y[indices[k], 2]
+            x0 = x0 + factors[k, 0, 0] * y0 + factors[k, 0, 1] * y1 + factors[k, 0, 2] * y2
+            x1 = x1 + factors[k, 1, 0] * y0 + factors[k, 1, 1] * y1 + factors[k, 1, 2] * y2
+            x2 = x2 + factors[k, 2, 0] * y0 + factors[k, 2, 1] * y1 + factors[k, 2, 2] * y2
+        out[0], out[1], out[2] = x0, x1, x2
+        return
+    for k in range(first, last):
+        small.add_product(out, factors[k], y[indices[k]])
+
+
+@kernel(inline=True)
+def _subtract_transposed(
+    factors: np.ndarray, indices: np.ndarray, first: int, last: int, x: np.ndarray, y: np.ndarray
+) -> None:
+    """Subtract the products of the transposed blocks `first` to `last` with x (d,) from the rows of y (n, d)."""
+    if factors.shape[1] == 3:
+        x0, x1, x2 = x[0], x[1], x[2]
+        for k in range(first, last):
+            j = indices[k]
+            y0 = y[j, 0] - factors[k, 0, 0] * x0 - factors[k, 1, 0] * x1 - factors[k, 2, 0] * x2
+            y1 = y[j, 1] - factors[k, 0, 1] * x0 - factors[k, 1, 1] * x1 - factors[k, 2, 1] * x2
+            y2 = y[j, 2] - factors[k, 0, 2] * x0 - factors[k, 1, 2] * x1 - factors[k, 2, 2] * x2
+            y[j, 0], y[j, 1], y[j, 2] = y0, y1, y2
+        return
+    for k in range(first, last):
+        small.subtract_transposed(y[indices[k]], factors[k], x)
+
+
 @kernel
 def _solve_factorised(
     order: np.ndarray,
@@ -355,25 +391,23 @@ def _solve_factorised(
     count, size, filled = diagonal.shape[0], factors.shape[1], indices.shape[0]
     y = np.empty((count, size), dtype=factors.dtype)
     x = np.empty(count * size, dtype=factors.dtype)
-    total = np.empty(size, dtype=factors.dtype)
+    total, rest = np.empty(size, dtype=factors.dtype), np.empty(size, dtype=factors.dtype)
     for i in range(count):
         for a in range(size):
-            total[a] = 0.0
-        for k in range(indptr[i], diagonal[i]):
-            small.add_product(total, factors[k], y[indices[k]])
-        for a in range(size):
-            total[a] = right[order[i] * size + a] - total[a]
+            total[a] = -right[order[i] * size + a]
             y[i, a] = 0.0
+        _add_products(factors, indices, indptr[i], diagonal[i], y, total)
+        for a in range(size):
+            total[a] = -total[a]
         small.add_product(y[i], factors[diagonal[i]], total)
     for i in range(count - 1, -1, -1):
         for a in range(size):
+            rest[a] = -y[i, a]
             total[a] = 0.0
-        for k in range(diagonal[i] + 1, indptr[i + 1]):
-            small.add_product(total, factors[k], y[indices[k]])
+        _add_products(factors, indices, diagonal[i] + 1, indptr[i + 1], y, rest)
         for a in range(size):
-            y[i, a] -= total[a]
-            total[a] = 0.0
-        small.add_product(total, factors[filled + i], y[i])
+            rest[a] = -rest[a]
+        small.add_product(total, factors[filled + i], rest)
         for a in range(size):
             y[i, a] = total[a]
             x[order[i] * size + a] = total[a]
@@ -404,13 +438,11 @@ def _solve_symmetric(
         for a in range(size):
             y[i, a] = total[a]
             total[a] *= small.sign_of_row(factors[diagonal[i]], factors[filled + i], a)
-        for k in range(diagonal[i] + 1, indptr[i + 1]):
-            small.subtract_transposed(y[indices[k]], factors[k], total)
+        _subtract_transposed(factors, indices, diagonal[i] + 1, indptr[i + 1], total, y)
     for i in range(count - 1, -1, -1):
         for a in range(size):
             total[a] = 0.0
-        for k in range(diagonal[i] + 1, indptr[i + 1]):
-            small.add_product(total, factors[k], y[indices[k]])
+        _add_products(factors, indices, diagonal[i] + 1, indptr[i + 1], y, total)
         for a in range(size):
             y[i, a] -= total[a]
             total[a] = 0.0

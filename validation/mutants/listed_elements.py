@@ -401,8 +401,8 @@ FACETS = (
     Mutant(
         "efforts of flexible facets not advanced",
         "fsm/model/nodes/facets/facet.py",
-        "total += _simpson(p) * _dot(slopes[k, p], rising[k, p])",
-        "total += 0.0 * _dot(slopes[k, p], rising[k, p])",
+        "v[(STRAINS + edge) * LANES + k] = simpson / 6.0",
+        "v[(STRAINS + edge) * LANES + k] = 0.0 * simpson",
         unit_test("facets", "test_efforts_of_the_mixed_newton_method"),
     ),
     Mutant(

@@ -6,88 +6,47 @@ import numpy as np
 
 from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_2d
 from fsm.kernels.jit import kernel
-from fsm.model.nodes.arrays import AT_REST, DAMPERS, DAMPING, FORCE, LAST, MEAN_OVER, NUMBERS, STIFFNESS, Q, U, no_power
+from fsm.model.nodes.arrays import DAMPERS, DAMPING, FORCE, LAST, MEAN_OVER, NUMBERS, STIFFNESS, Q, U, no_power
 from fsm.model.nodes.facets import facet
-from fsm.model.nodes.facets.facet import FacetArrays
-from fsm.model.nodes.facets.facet_damping import add_facet_damping, facet_dissipation
-from fsm.solve.stepping.vectors import scaled
+from fsm.model.nodes.facets.facet import Damping, FacetArrays
+from fsm.model.nodes.facets.facet_tangent import add_facet_tangent
 
-EDGES, ROWS, POINTS, _TENSION, _BEND, _VISCOSITY, EFFORTS, GIVEN, _SLOTS = 1, 6, *range(9, 16)
-"""Rows of a group's table. The arrays of `FacetArrays` come first; arrays of four dimensions are stored flat. Then: rows of
-damping, the Kelvin-Voigt time, membrane efforts for the geometric stiffness with 1 if they are given, and slots."""
+POINTS, _TENSION, _VISCOSITY, EFFORTS, GIVEN, _SLOTS = range(4, 10)
+"""Rows of a group's table. The arrays of `FacetArrays` come first; arrays of four dimensions are stored flat. Then: the
+Kelvin-Voigt time, membrane efforts for the geometric stiffness with 1 if they are given, and slots."""
 
 
 @kernel
 def _facets_of(t: np.ndarray) -> FacetArrays:
     return FacetArrays(
-        integers_2d(t, 0), floats_1d(t, EDGES).reshape(-1, 3, 3, 9), floats_3d(t, 2), floats_3d(t, 3), floats_3d(t, 4),
-        floats_3d(t, 5), floats_1d(t, ROWS).reshape(-1, 3, 5, 9), floats_3d(t, 7), floats_3d(t, 8),
+        integers_2d(t, 0), integers_2d(t, 1), floats_2d(t, 2), floats_2d(t, 3),
         floats_1d(t, POINTS).reshape(-1, 3, 3, 15), floats_2d(t, _TENSION),
     )  # fmt: skip
 
 
 @kernel
-def _set_means(now: np.ndarray, before: np.ndarray, over: float, out: np.ndarray) -> None:
-    for i in range(out.shape[0]):
-        out[i] = (now[i] - before[i]) / over
-
-
-@kernel
-def _set_mean_rates(table: np.ndarray, own: np.ndarray, over: float, stretching: np.ndarray, turning: np.ndarray) -> None:
-    """Mean rates of strains (m, 5, 3) and curvatures (m, 3, 3) over a quasi-static step."""
-    facets, bend, q = _facets_of(own), floats_1d(own, _BEND).reshape(-1, 3, 5, 9), floats_1d(table, Q)
-    before, last = np.empty(stretching.shape), floats_1d(table, LAST)
-    facet.facet_strains(facets, q, stretching)
-    facet.facet_strains(facets, last, before)
-    _set_means(stretching.reshape(-1), before.reshape(-1), over, stretching.reshape(-1))
-    now, then = facet.facet_curvatures(facets, bend, q), facet.facet_curvatures(facets, bend, last)
-    _set_means(now.reshape(-1), then.reshape(-1), over, turning.reshape(-1))
-
-
-@kernel
-def _dissipated(
-    table: np.ndarray, own: np.ndarray, stretching: np.ndarray, turning: np.ndarray, force: np.ndarray
-) -> float:
-    """Write the rates of strains (m, 5, 3) and curvatures (m, 3, 3), and add the forces of damping; returns the dissipated
-    power.
-    """
-    bend, u, over = floats_1d(own, _BEND).reshape(-1, 3, 5, 9), floats_1d(table, U), floats_1d(table, NUMBERS)[MEAN_OVER]
-    if over > 0.0:
-        _set_mean_rates(table, own, over, stretching, turning)
-        u = u[:0]
-    tau = floats_1d(own, _VISCOSITY)[0]
-    return facet_dissipation(_facets_of(own), bend, tau, floats_1d(table, Q), u, stretching, turning, force)
+def _damping_of(table: np.ndarray, own: np.ndarray, moving: float) -> Damping:
+    over, elastic = floats_1d(table, NUMBERS)[MEAN_OVER], 0.0 if moving == DAMPERS else 1.0
+    tau = floats_1d(own, _VISCOSITY)[0] if moving > 0.0 else 0.0
+    return Damping(tau, over, floats_1d(table, LAST) if over > 0.0 else floats_1d(table, U), elastic)
 
 
 @kernel
 def _force(table: np.ndarray, own: np.ndarray, moving: float) -> float:
-    force = floats_1d(table, FORCE)
-    if moving != DAMPERS:
-        facet.add_facet_force(_facets_of(own), floats_1d(table, Q), force)
-    if moving * floats_1d(own, _VISCOSITY)[0] > 0.0:
-        count = integers_2d(own, 0).shape[0]
-        _dissipated(table, own, np.empty((count, 5, 3)), np.empty((count, 3, 3)), force)
+    damping = _damping_of(table, own, moving)
+    facet.add_facet_force(_facets_of(own), floats_1d(table, Q), damping, floats_1d(table, FORCE))
     return 0.0
 
 
 @kernel
 def _tangent(table: np.ndarray, own: np.ndarray, moving: float) -> float:
+    _force(table, own, moving)
     facets, q, given, efforts = _facets_of(own), floats_1d(table, Q), floats_1d(own, GIVEN)[0], floats_3d(own, EFFORTS)
-    stiffness, slots = floats_3d(table, STIFFNESS), integers_2d(own, _SLOTS)
-    count, tau = slots.shape[0] // 9, floats_1d(own, _VISCOSITY)[0]
-    own_efforts, flat = efforts if given > 0.0 else efforts[:0], stiffness.reshape(-1)
-    if moving != DAMPERS:
-        _force(table, own, AT_REST)
-        facet.add_facet_tangent(facets, q, own_efforts, slots.reshape(count, 9, 9), stiffness.shape[1], flat)
-    if moving * tau > 0.0:
-        bend, u, damping = floats_1d(own, _BEND).reshape(-1, 3, 5, 9), floats_1d(table, U), floats_3d(table, DAMPING)
-        stretching, turning = np.empty((count, 5, 3)), np.empty((count, 3, 3))
-        _dissipated(table, own, stretching, turning, floats_1d(table, FORCE))
-        rates = u if floats_1d(table, NUMBERS)[MEAN_OVER] == 0.0 else scaled(0.0, u)
-        add_facet_damping(
-            facets, bend, tau, q, rates, stretching, turning, slots.reshape(count, 9, 9), stiffness.shape[1], flat,
-            damping.reshape(-1),
-        )  # fmt: skip
+    stiffness, damping, slots = floats_3d(table, STIFFNESS), floats_3d(table, DAMPING), integers_2d(own, _SLOTS)
+    add_facet_tangent(
+        facets, q, efforts if given > 0.0 else efforts[:0], _damping_of(table, own, moving), slots.reshape(-1, 9, 9),
+        stiffness.shape[1], stiffness.reshape(-1), damping.reshape(-1),
+    )  # fmt: skip
     return 0.0
 
 
@@ -99,11 +58,8 @@ def _stored(table: np.ndarray, own: np.ndarray, moving: float) -> float:
 
 @kernel
 def _lost(table: np.ndarray, own: np.ndarray, moving: float) -> float:
-    if moving * floats_1d(own, _VISCOSITY)[0] == 0.0:
-        return 0.0
-    count = integers_2d(own, 0).shape[0]
-    force = np.zeros(floats_1d(table, Q).shape[0])
-    return _dissipated(table, own, np.empty((count, 5, 3)), np.empty((count, 3, 3)), force)
+    damping = _damping_of(table, own, moving)
+    return facet.facet_power(_facets_of(own), floats_1d(table, Q), damping) if damping.tau > 0.0 else 0.0
 
 
 @kernel

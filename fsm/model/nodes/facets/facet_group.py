@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
-from fsm.model.nodes.facets.array_facets import EDGES, EFFORTS, FACETS, GIVEN, POINTS, ROWS
-from fsm.model.nodes.facets.facet import FacetArrays, facet_curvatures, facet_efforts, facet_energy, facet_strains
+from fsm.model.nodes.facets.array_facets import EFFORTS, FACETS, GIVEN, POINTS
+from fsm.model.nodes.facets.facet import FacetArrays, facet_efforts, facet_energy, facet_states, packed
 from fsm.model.nodes.facets.facet_shape import FacetRows, facet_masses, facet_rows, membrane_moduli, mid_edge_strains
 from fsm.model.nodes.facets.facet_tension import REMAINDER
 from fsm.model.nodes.films.film import FilmMaterial
@@ -54,9 +54,8 @@ class FacetGroup(ElementGroup):
     @cached_property
     def table(self) -> list[np.ndarray]:
         """See `ElementGroup`."""
-        own = [array.reshape(-1) if row in (EDGES, ROWS, POINTS) else array for row, array in enumerate(self.arrays)]
-        bend, efforts = np.ascontiguousarray(self.rows.bend).reshape(-1), np.zeros((len(self.vectors), 5, 3))
-        return [*own, bend, np.array([self.viscosity]), efforts, np.zeros(1)]
+        own = [array.reshape(-1) if row == POINTS else array for row, array in enumerate(self.arrays)]
+        return [*own, np.array([self.viscosity]), np.zeros((len(self.vectors), 5, 3)), np.zeros(1)]
 
     @property
     def mixed(self) -> tuple[np.ndarray, np.ndarray]:
@@ -102,7 +101,10 @@ class FacetGroup(ElementGroup):
 
     def curvatures(self, q: np.ndarray) -> np.ndarray:
         """Curvatures kxx, kyy, kxy at the middles of the edges, (m, 3, 3), 1/m."""
-        return np.asarray(facet_curvatures(self.arrays, self.rows.bend, q))
+        own, count = self.arrays, len(self.vectors)
+        strains, curvatures = np.empty((count, 15)), np.empty((count, 9))
+        facet_states(own, q, strains, curvatures)
+        return curvatures.reshape(-1, 3, 3) + self._at_rest[1].reshape(-1, 3, 3)
 
     @cached_property
     def rows(self) -> FacetRows:
@@ -121,25 +123,32 @@ class FacetGroup(ElementGroup):
         return points, tension
 
     @cached_property
+    def _at_rest(self) -> tuple[np.ndarray, np.ndarray]:
+        """Strains (m, 15) and curvatures (m, 9) at rest; zero if it is flat."""
+        strains, curvatures = np.zeros((len(self.vectors), 15)), np.zeros((len(self.vectors), 9))
+        if self.rest is not None:
+            facet_states(self._arrays(strains.copy(), curvatures.copy()), self.rest, strains, curvatures)
+        return strains, curvatures
+
+    @cached_property
     def arrays(self) -> FacetArrays:
         """Arrays of the kernels."""
+        return self._arrays(*self._at_rest)
+
+    def _arrays(self, strains: np.ndarray, curvatures: np.ndarray) -> FacetArrays:
+        """Arrays for strains and curvatures at rest."""
         rows, material, count = self.rows, self.material, len(self.vectors)
         stretch, plate = material.moduli
         moduli = membrane_moduli(rows, self.plane, self.angle, stretch)
         turn = np.diag([1.0, 1.0, 2.0])  # curvatures have kxy, not 2 kxy
         bend = rows.area[:, None, None] / 3.0 * (turn @ plate @ turn)
-        strains, rest = np.zeros((count, 5, 3)), np.zeros((0, 3, 3))
+        bending = np.zeros((0, 9, 9))
         if self.rest is None:
             bending = np.einsum("mpki,mkl,mplj->mij", rows.bend[:, :, 2:], bend, rows.bend[:, :, 2:])
-            of_points = np.zeros((0, 3, 5, 9))
-        else:
-            bending, of_points = np.zeros((0, 9, 9)), np.ascontiguousarray(rows.bend)
-        arrays = FacetArrays(
-            np.ascontiguousarray(self.vectors), np.ascontiguousarray(rows.edges),
-            np.ascontiguousarray(rows.bend[:, :, 1]), strains, moduli,
-            np.ascontiguousarray(bending), of_points, np.ascontiguousarray(bend), rest, *self._tension(),
+        # slopes along the edges contain those at their middles, which `rows.bend` repeats
+        parts = rows.edges, rows.bend[:, :, 1], rows.bend[:, :, 2:], strains, moduli, bend, curvatures
+        return FacetArrays(
+            np.ascontiguousarray(self.vectors), packed(self.vectors),
+            packed(np.concatenate([part.reshape(count, -1) for part in parts], axis=1)),
+            packed(bending) if self.rest is None else np.zeros((0, 0)), *self._tension(),
         )  # fmt: skip
-        if self.rest is None:
-            return arrays
-        facet_strains(arrays, self.rest, strains)
-        return arrays._replace(rest_curvature=facet_curvatures(arrays, of_points, self.rest))
