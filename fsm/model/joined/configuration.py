@@ -357,6 +357,6 @@ class JoinedConfiguration(SegmentSystem):
     def _turns(self, nodes: np.ndarray, rates: np.ndarray, moments: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Derivatives of the maps and curvatures of all frames, see `frame_turns`."""
         out = np.zeros((len(self.frames.vectors), 6, 3)), np.zeros((len(self.frames.bodies), 6, 6))
-        first, vectors, _, *directions = self._arrays
-        frame_turns(first, vectors, *directions, nodes, rates, moments, *out)
+        first, vectors, _, along, across, fixed, oriented = self._arrays
+        frame_turns(first, vectors, along, across, fixed, oriented, nodes, rates, moments, *out)
         return out
