@@ -99,7 +99,10 @@ def write_attribute(item: Any, name: str, value: Any) -> None:
 
 def kinds_of(values: np.ndarray) -> tuple[Any, Any]:
     """Type of an array of numbers or texts in a file, and in memory; texts of variable length are objects."""
-    return _kinds(values.dtype) if values.dtype.kind in "biufO" else _new_kinds(values.dtype)
+    dtype = values.dtype
+    if dtype.kind in "biufO":
+        return _kinds(dtype)
+    return _kinds_of_text(dtype.itemsize) if dtype.metadata == _UTF_8 else _new_kinds(dtype)
 
 
 def _new_kinds(dtype: np.dtype[Any]) -> tuple[Any, Any]:
@@ -110,6 +113,16 @@ def _new_kinds(dtype: np.dtype[Any]) -> tuple[Any, Any]:
 
 
 _kinds = cache(_new_kinds)
+_UTF_8 = {"h5py_encoding": "utf-8"}
+"""Mark of `h5py` on types of texts of fixed length; types with different marks are equal."""
+
+
+@lru_cache(maxsize=1024)
+def _kinds_of_text(size: int) -> tuple[Any, Any]:
+    """Types of a text of `fixed_text`."""
+    from h5py import string_dtype
+
+    return _new_kinds(string_dtype("utf-8", size))
 
 
 @lru_cache(maxsize=256)

@@ -94,15 +94,36 @@ class Program:
     pieces: tuple[Piece, ...]
 
     @cached_property
+    def _table(self) -> Pieces:
+        """`Pieces` of this program alone."""
+        return table_of([self])
+
+    @cached_property
     def _rows(self) -> Any:
-        """`Pieces` of this program alone, as lists: Python reads their numbers faster than those of arrays."""
-        return Pieces(*(array.tolist() for array in table_of([self])))
+        """`_table` as lists: Python reads their numbers faster than those of arrays."""
+        return Pieces(*(array.tolist() for array in self._table))
 
     def at(self, t: float) -> tuple[float, float, float]:
         """Value, slope (1/s) and curvature (1/s^2) at a time (s); at a break, the derivatives are those of the piece that is
         closed there.
         """
         return program_at(self._rows, 0, float(t))
+
+    def over(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values and slopes (1/s) at times (n,), s; the same numbers as those of `at`."""
+        pieces, count = self._table, len(self.pieces)
+        low = np.searchsorted(pieces.begin, times, side="left") - 1  # the last piece that begins before the time
+        after = np.minimum(low + 1, count - 1)
+        low = np.where((pieces.begin[after] == times) & (pieces.closed[after] == 1), after, low)
+        if np.any(pieces.shape[low, 6]):
+            found = np.array([self.at(t)[:2] for t in times.tolist()]).reshape(-1, 2)
+            return found[:, 0], found[:, 1]
+        rows = pieces.shape[low].T
+        x, value, slope = times - rows[0], np.zeros(len(times)), np.zeros(len(times))
+        for k in range(_POWERS, 0, -1):
+            slope = slope * x + value
+            value = value * x + rows[k]
+        return value, slope
 
     def breaks(self) -> tuple[float, ...]:
         """Times at which the function is not smooth, s."""

@@ -195,13 +195,20 @@ def units_of_drives(names: Sequence[str], units: str) -> str:
     return ", ".join(of[turns] for turns in sorted(turning)) or units
 
 
-def write_curve(file: Any, curve: ForceCurve, drive_names: Sequence[str]) -> None:
-    """Write the force curve, which has more points than the records."""
-    add_scale(file, _CURVE_TIME, curve.time, "time of the point of the curve", "s")
+def add_curve(file: Any, curve: ForceCurve, drive_names: Sequence[str]) -> None:
+    """Add the datasets of the force curve, which has more points than the records; `write_curve` writes its numbers."""
+    add_scale(file, _CURVE_TIME, curve.time, "time of the point of the curve", "s", written=False)
     for name, (dims, units, text) in _CURVE.items():
         units = units_of_drives(drive_names, units) if "drive_name" in dims else units
         paths = [_CURVE_TIME if dim == "curve_time" else dim for dim in dims]
-        add_data(file, f"curve/{name}", getattr(curve, name), units, text, paths)
+        add_data(file, f"curve/{name}", getattr(curve, name), units, text, paths, written=False)
+
+
+def write_curve(file: Any, curve: ForceCurve) -> None:
+    """Write the numbers of the force curve."""
+    write_data(file, _CURVE_TIME, curve.time)
+    for name in _CURVE:
+        write_data(file, f"curve/{name}", getattr(curve, name))
 
 
 def read_curve(file: Any) -> ForceCurve | None:

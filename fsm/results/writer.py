@@ -22,13 +22,15 @@ from fsm.results import datasets, store
 from fsm.results.array_datasets import write_array
 from fsm.results.attributes import write_attributes
 from fsm.results.channel import Dim
+from fsm.results.curve import ForceCurve
 from fsm.results.records import Records
 from fsm.results.solution import INTEGERS, Layout, Solution
 from fsm.results.step_data import write_load_path, write_step_modes
 from fsm.results.store import Variable
 
 BUFFER_BYTES = 4_000_000
-CHUNK_BYTES = 65_536
+CHUNK_BYTES, _ROWS = 65_536, 256
+"""Largest size of a chunk, and largest number of its rows."""
 _MOST_FILES, _MOST_BYTES = 8, 1_000_000
 """Number of files without numbers that are kept, and the size of the largest."""
 _FILES: dict[tuple[Any, ...], bytes] = {}
@@ -176,7 +178,8 @@ class ResultWriter(Records):
         if self._file is not None:
             _append_rows(self._file, store.VARIABLES | store.channel_variables(self.layout.channels), rows, self._written)
             return
-        with atomic_write(self.part) as new, written_from_memory(new, _without_numbers(self.layout, rows)) as file:
+        begin = _without_numbers(self.layout, rows, None, True)
+        with atomic_write(self.part) as new, written_from_memory(new, begin) as file:
             _write_records(file, self.layout, rows)
         self._file = h5py.File(self.part, "r+", libver="latest", locking="best-effort")
         self._file.swmr_mode = True
@@ -213,7 +216,8 @@ class ResultWriter(Records):
 def write_solution(path: str | Path, solution: Solution) -> None:
     """Write a complete result; `path` is the complete old or the complete new file at any time."""
     rows = solution.rows
-    with atomic_write(path, to_disk=True) as new, written_from_memory(new, _without_numbers(solution.layout, rows)) as file:
+    begin = _without_numbers(solution.layout, rows, solution.curve, False)
+    with atomic_write(path, to_disk=True) as new, written_from_memory(new, begin) as file:
         _write_records(file, solution.layout, rows)
         if len(solution.samples.time):
             datasets.append_samples(file, solution.samples)
@@ -222,7 +226,7 @@ def write_solution(path: str | Path, solution: Solution) -> None:
         if solution.array is not None:
             write_array(file, solution.array)
         if solution.curve is not None:
-            datasets.write_curve(file, solution.curve, solution.layout.drive_names)
+            datasets.write_curve(file, solution.curve)
         if solution.modes is not None:
             write_step_modes(file, solution.modes)
         if solution.load_path is not None:
@@ -250,18 +254,21 @@ def _numbers(name: str, rows: dict[str, Any]) -> np.ndarray:
     return np.asarray(rows[name], dtype=np.int64 if name in INTEGERS else np.float64)
 
 
-def _without_numbers(layout: Layout, rows: dict[str, Any]) -> bytes:
-    """File with all that does not depend on the case and its numbers. To create its datasets takes several times longer
-    than to write them, so the last files are kept: the cases of a table differ in numbers only.
+def _without_numbers(layout: Layout, rows: dict[str, Any], curve: ForceCurve | None, grows: bool) -> bytes:
+    """File with all that does not depend on the case and its numbers; see `_create_datasets`. To create its datasets takes
+    several times longer than to write them, so the last files are kept: the cases of a table differ in numbers only.
     """
     names = layout.body_names, layout.pair_names, layout.drive_names, layout.step_names, layout.quad_names
     shapes = tuple(np.shape(rows[name]) for name in (*store.VARIABLES, *(info.name for info in layout.channels)))
-    key = layout.dimension, layout.thickness, names, layout.panel.tobytes(), layout.channels, shapes
+    points = -1 if curve is None else len(curve)
+    key = layout.dimension, layout.thickness, names, layout.panel.tobytes(), layout.channels, shapes, points, grows
     found = _FILES.pop(key, b"") if layout.film is None else b""
     if not found:
         memory = io.BytesIO()
         with h5py.File(memory, "w", libver="latest") as file:
-            _create_datasets(file, layout, rows)
+            _create_datasets(file, layout, rows, grows)
+            if curve is not None:
+                datasets.add_curve(file, curve, layout.drive_names)
         found = memory.getvalue()
     if layout.film is None and len(found) < _MOST_BYTES:
         _FILES[key] = found
@@ -270,11 +277,12 @@ def _without_numbers(layout: Layout, rows: dict[str, Any]) -> bytes:
     return found
 
 
-def _create_datasets(file: Any, layout: Layout, rows: dict[str, Any]) -> None:
-    """Write the layout, and add the datasets of the rows, into an empty file."""
+def _create_datasets(file: Any, layout: Layout, rows: dict[str, Any], grows: bool) -> None:
+    """Write the layout, and add the datasets of the rows, into an empty file, to which further rows come if it `grows`."""
+    most = _ROWS if grows else max(1, min(_ROWS, len(rows["time"])))
     variables = store.VARIABLES | store.channel_variables(layout.channels)
     _write_layout(file, layout)
-    datasets.add_scale(file, "time", rows["time"], "time", "s", 256, np.nan, written=False)
+    datasets.add_scale(file, "time", rows["time"], "time", "s", most, np.nan, written=False)
     datasets.add_scale(file, "coordinate", np.arange(rows["q"].shape[1]), "number of the coordinate")
     datasets.add_scale(file, "rate", np.arange(rows["u"].shape[1]), "number of the velocity")
     datasets.add_scale(file, "memory_number", np.arange(rows["memory"].shape[1]), "number of the internal variable")
@@ -287,7 +295,7 @@ def _create_datasets(file: Any, layout: Layout, rows: dict[str, Any]) -> None:
             raise ValueError(f"{name} has the shape {values.shape[1:]} per record; the layout requires {sizes}")
         if 0 in sizes:
             continue
-        chunk = max(1, min(256, CHUNK_BYTES // (8 * math.prod(sizes))))
+        chunk = max(1, min(most, CHUNK_BYTES // (8 * math.prod(sizes))))
         by_drive = "drive_name" in variable.dims
         units = datasets.units_of_drives(layout.drive_names, variable.units) if by_drive else variable.units
         datasets.add_data(file, variable.path, values, units, variable.text, ("time", *variable.dims), chunk, written=False)

@@ -447,8 +447,10 @@ class RecordedSolve:
         system, before = self.current, saved.before
         if before is None or not isinstance(system, SegmentSystem):
             return saved
-        middles = (0.5 * (before[0] + saved.time)).tolist()
-        moves = [any(motion.program.at(middle)[1] for motion in system.motions) for middle in middles]
+        middles = 0.5 * (before[0] + saved.time)
+        moves = np.zeros(len(middles), dtype=bool)
+        for motion in system.motions:
+            moves |= motion.program.over(middles)[1] != 0.0
         kinetic: Any = np.where(moves, saved.observation.energy.kinetic, 0.0)
         energy = replace(saved.observation.energy, kinetic=kinetic)
         return replace(saved, observed=replace(saved.observation, energy=energy))

@@ -20,7 +20,7 @@ from fsm.model.compile.compile import compile_scene
 from fsm.model.compile.compile_joined import compile_model
 from fsm.solve.interface.system import System
 from fsm.solve.outcome.energy_balance import EnergyBalance
-from fsm.solve.outcome.restart_points import steps_between
+from fsm.solve.outcome.restart_points import MOST_OF_PATHS, steps_between
 from fsm.solve.outcome.run_io import AcceptedStep, CurvePoint, SavedState, Statistics
 from fsm.solve.settings import PathSettings, Settings
 from fsm.solve.simulate import simulate
@@ -79,7 +79,7 @@ def check(
 ) -> Way:
     """Continue from the first, a middle and the last restart point."""
     for module in (fsm.solve.time.run, fsm.solve.statics.path_steps):
-        monkeypatch.setattr(module, "steps_between", lambda nu: every)
+        monkeypatch.setattr(module, "steps_between", lambda nu, most=0: every)
     monkeypatch.setattr(fsm.solve.time.stepwise_run, "_MARCH", every)
     times = list(np.linspace(0.0, settings.end_time, 21))
     whole = Way().go(make(), settings, times)
@@ -116,6 +116,7 @@ def test_with_creases_that_remember(method: str, spatial: bool, monkeypatch: pyt
 
 def test_renewal_points_are_a_matter_of_the_size() -> None:
     assert [steps_between(nu) for nu in (0, 6, 1000, 1500, 6000, 10**6)] == [64, 64, 60, 40, 10, 8]
+    assert [steps_between(nu, MOST_OF_PATHS) for nu in (0, 120, 480, 6000)] == [512, 500, 125, 10]
 
 
 def test_mean_force_with_films_and_contact(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -130,11 +130,17 @@ def chord_distance(chord: np.ndarray, point: np.ndarray) -> float:
 @kernel(inline=True)
 def along_chord(chord: np.ndarray, point: np.ndarray) -> float:
     """Position on a chord, 0 ... 1 from its start, nearest to a point (D,); equal to s for a straight piece."""
+    return min(1.0, max(0.0, along_line(chord, point)))
+
+
+@kernel(inline=True)
+def along_line(chord: np.ndarray, point: np.ndarray) -> float:
+    """Position of a point (D,) along the line through a chord, 0 at its start and 1 at its end."""
     size = point.shape[0]
     total = 0.0
     for i in range(size):
         total += (point[i] - chord[i]) * chord[size + i]
-    return min(1.0, max(0.0, total * chord[2 * size]))
+    return total * chord[2 * size]
 
 
 @kernel(inline=True)

@@ -13,7 +13,7 @@ from fsm.interactions.search import chord
 from fsm.interactions.search.box_tree import fit_tree, nearest_of_few
 from fsm.interactions.search.control_points import control_points_planar, curve_at, point_planar, turned_planar
 from fsm.interactions.surfaces.end_taper import inside_of_end
-from fsm.interactions.surfaces.surface import beyond_end, overshoot
+from fsm.interactions.surfaces.surface import beyond_end, known_place, overshoot
 from fsm.kernels.jit import kernel
 
 EXACT, ROUGH = 1e-8, 1e-3
@@ -198,8 +198,10 @@ def heights_planar(
         if nearest[i] < 0:
             continue
         distance = np.sqrt(square)
-        at_end = stations[nearest[i], 4] < 0.0 or stations[nearest[i], 5] > 1.0
-        if not at_end and distance > bulge and abs(distance - depth_limit[i]) > bulge:
+        place = known_place(chord.along_line(chords[nearest[i]], point), owners[nearest[i]], stations[nearest[i]])
+        if place < 0:
+            continue
+        if place > 0 and distance > bulge and abs(distance - depth_limit[i]) > bulge:
             height[i] = distance if chord.over_chord(chords[nearest[i]], point) >= 0.0 else -distance
             continue
         px, pz = point[0], point[1]

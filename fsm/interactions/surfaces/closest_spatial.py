@@ -13,7 +13,7 @@ from fsm.interactions.search import control_points as control
 from fsm.interactions.search.box_tree import fit_tree, nearest_of_few
 from fsm.interactions.surfaces.closest_planar import EXACT, LINEAR, ROUGH
 from fsm.interactions.surfaces.end_taper import inside_of_end
-from fsm.interactions.surfaces.surface import beyond_end, overshoot
+from fsm.interactions.surfaces.surface import beyond_end, known_place, overshoot
 from fsm.kernels.jit import kernel
 from fsm.kernels.vector import cross, dot
 
@@ -196,9 +196,11 @@ def heights_spatial(
         chord, distance, across = chords[nearest[i]], np.sqrt(square), 0.0
         for m in range(3):
             across += (point[m] - chord[m]) * chord[8 + m]
-        at_end = stations[nearest[i], 4] < 0.0 or stations[nearest[i], 5] > 1.0
+        beside = known_place(chording.along_line(chord, point), owners[nearest[i]], stations[nearest[i]])
+        if beside < 0:
+            continue
         within = abs(across) < _WELL_WITHIN * half_width[nearest[i]]
-        if within and not at_end and distance > bulge and abs(distance - depth_limit[i]) > bulge:
+        if within and beside > 0 and distance > bulge and abs(distance - depth_limit[i]) > bulge:
             height[i] = distance if chording.over_chord(chord, point) >= 0.0 else -distance
             continue
         s = chording.along_chord(chord, point)

@@ -41,6 +41,8 @@ STRAIGHT = 0.5
 """Straight fraction of a tip for the ends of another panel."""
 CAP, BARE = -1.0, -2.0
 """Values in place of `STRAIGHT`: the end has a round cap with the clearance as radius; or the surface stops there."""
+_CLEARLY = 0.01
+"""Distance from an end or a tip, relative to the length of the piece, above which a point is certainly on one side of it."""
 
 
 def pieces_of(bodies: np.ndarray, half_lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -99,6 +101,23 @@ def blend(s: float, stations: np.ndarray, out: np.ndarray) -> None:
     out[2, 1] = e0 * stations[0] + e1 * stations[1]
     out[2, 2] = e2 + e3
     out[2, 3] = e2 * stations[2] + e3 * stations[3]
+
+
+@kernel(inline=True)
+def known_place(along: float, owners: np.ndarray, stations: np.ndarray) -> int:
+    """Whether a point is certainly beside a piece, 1, or certainly beyond it and its tip, -1; 0 if Newton's method decides.
+
+    `along` is the position of the point on the line through the chord of the nearest piece. An end piece belongs to one
+    body, so that it is straight.
+    """
+    begins, ends = stations[4] < 0.0, stations[5] > 1.0
+    if not begins and not ends:
+        return 1
+    if owners[0] != owners[1]:
+        return 0
+    if (begins and along < stations[4] - _CLEARLY) or (ends and along > stations[5] + _CLEARLY):
+        return -1
+    return 1 if (not begins or along > _CLEARLY) and (not ends or along < 1.0 - _CLEARLY) else 0
 
 
 @kernel(inline=True)

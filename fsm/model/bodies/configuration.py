@@ -213,7 +213,9 @@ class Configuration(System):
         if self.spatial:
             free[..., 3:] /= np.sqrt(np.sum(free[..., 3:] ** 2, axis=-1, keepdims=True))
         poses[:, bodies.free] = free
-        travels = np.array([[motion.at(t)[0] for motion in self.motions] for t in times.tolist()]).reshape(len(times), -1)
+        travels = np.zeros((len(times), len(self.motions)))
+        for k, motion in enumerate(self.motions):
+            travels[:, k] = motion.program.over(times)[0]
         directions = self._directions[self._motion]
         poses[:, self.driven, : directions.shape[1]] += travels[:, self._motion, None] * directions
         if self.turns is not None:

@@ -19,11 +19,13 @@ _MOST, _FEWEST = 64, 8
 """Smallest number of steps between restart points: a new tangent costs one to two steps of an array of 300 units."""
 _WORK = 60_000
 """Steps between restart points times number of velocities: one or two seconds (a film of 5600: 0.2 s per step)."""
+MOST_OF_PATHS = 512
+"""Largest number of steps of a quasi-static path between restart points; one of them takes as long as some ten steps."""
 
 
-def steps_between(nu: int) -> int:
+def steps_between(nu: int, most: int = _MOST) -> int:
     """Steps between restart points of a system with nu velocities."""
-    return min(_MOST, max(_FEWEST, _WORK // max(nu, 1)))
+    return min(most, max(_FEWEST, _WORK // max(nu, 1)))
 
 
 def observation_state(observed: Observation) -> State:

@@ -16,7 +16,7 @@ from fsm.solve.equations.equilibrium_step import Ending, EquilibriumStep
 from fsm.solve.equations.newton import held_still
 from fsm.solve.interface.records import Observation, as_rows
 from fsm.solve.interface.system import StaticArrays, System
-from fsm.solve.outcome.restart_points import State, steps_between
+from fsm.solve.outcome.restart_points import MOST_OF_PATHS, State, steps_between
 from fsm.solve.outcome.run_io import AcceptedStep, InitialState, OutputRequest, Statistics, time_and_travel
 from fsm.solve.outcome.status import TORN, Event, Outcome
 from fsm.solve.settings import PathSettings
@@ -91,7 +91,7 @@ class PathSteps:
         self.system, self.settings = system, settings
         self.statistics = Statistics("static", points=initial_state.points)
         self.newton = EquilibriumStep(system, tolerance=_FORCES * settings.rtol)
-        self.every, self.renewed = steps_between(system.nu), 0
+        self.every, self.renewed = steps_between(system.nu, MOST_OF_PATHS), 0
         self.first_step = min(settings.first_step, settings.max_step)
         whole = settings.end_time - settings.start_time
         self.smallest = max(_SMALLEST * whole, _RESOLVED * settings.end_time)
