@@ -137,6 +137,7 @@ class JoinedSystem(JoinedConfiguration):
             model, bodies, *_ = self._locked
             bodies[0].interval[LOCKED_BY] = self._locked_by
             if self._locked_by > 0.0:
+                assert model.nodes is not None
                 floats_3d(model.nodes.table, DAMPING)[:] = self.linearise(t, q, u).damping.data
         return super().consistent(t, q, u, rate)
 
