@@ -314,7 +314,7 @@ class PathSteps:
         for name in _RESTART:
             getattr(self.path, name)[:] = state[f"path_{name}"]
         self.path.numbers[stepping.COARSE_AT] = -math.inf
-        self._recorded, self._doubtful = None, False
+        self._recorded, self._doubtful, self.handed = None, False, 0
         self.path.counts[stepping.JUDGED] = 0
         self.model = SystemPath(self.system, newton, self.recorder, self.first_step)
 
