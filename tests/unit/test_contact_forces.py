@@ -160,8 +160,9 @@ def on_a_tip(system: SegmentSystem, past: float, straight: float, angle: float, 
     q = slid(system, slide, (1.0 - 0.6 * np.cos(angle)) * radius, noise)
     contacts = surfaces_of(system)
     found = contacts.find(system.place(0.0, q, np.zeros(system.nu))[0], 0.0)
-    piece, _, at = found.at
-    s, stations = at.reshape(len(piece), -1)[:, 0], contacts.surfaces.stations[piece]
+    own, count = contacts.own, len(found.slot)
+    piece, at = own.found_piece[:count], own.found_at[:count]
+    s, stations = at.reshape(count, -1)[:, 0], contacts.surfaces.stations[piece]
     parts = contacts.probes.straight[found.slot]
     over = [overshoot(*row, 0.0)[0] for row in zip(s, stations, np.ones(len(piece)), parts, strict=True)]
     assert np.any((np.array(over) * past < 0.0) & (parts == straight))

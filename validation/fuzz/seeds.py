@@ -17,7 +17,7 @@ __all__ = ["Seeds", "seeds"]
 
 _CASES = Path(__file__).parents[2] / "folding_cases"
 _SMALL = ["strip.segments_per_panel=2", "drive.0.travel=2 mm", "save.every=1 mm"]
-_MANY = ["save.every=0.01 mm"]  # number of steps; the first checkpoint is written after a few tens of steps
+_MANY = ["save.every=0.002 mm"]  # number of steps; the first checkpoint is written after some hundreds of steps
 _ARRAY = ["solve.end_time=0.1", "save.interval=0.05"]
 
 

@@ -296,9 +296,9 @@ CHANNELS = (
     ),
     Mutant(
         "an effort without a slope has no geometric stiffness",
-        "fsm/interactions/pose_spatial.py",
-        "if stiffness[i, k] == 0.0 and damping[i, k] == 0.0 and effort[i, k] == 0.0:",
-        "if stiffness[i, k] == 0.0 and damping[i, k] == 0.0:",
+        "fsm/model/elements/law_elements.py",
+        "_NO_SLOPE = 1e-300",
+        "_NO_SLOPE = 0.0",
         unit_test("extensions", "test_geometric_stiffness_of_a_constant_effort"),
     ),
 )

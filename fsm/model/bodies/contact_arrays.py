@@ -211,9 +211,9 @@ RESTITUTION, FAST, EXPONENT, STEPS, FLOOR, RESOLVES = range(6)
 
 
 @kernel
-def must_renew(g: ContactArrays, poses: np.ndarray, part: float) -> bool:
-    """Whether bodies have moved by more than a part of the margin since the last renewal of the broad phase."""
-    bound = part * g.numbers[MARGIN]
+def must_renew(g: ContactArrays, poses: np.ndarray) -> bool:
+    """Whether bodies have moved too far since the last renewal of the broad phase."""
+    bound = RENEWAL * g.numbers[MARGIN]
     if g.state[REFERRED] == 0:
         return True
     return bool(moved_beyond(poses, g.reference, g.moving, g.radii, bound))

@@ -239,7 +239,7 @@ def _open_slots(g: ContactArrays, units: np.ndarray, start: np.ndarray, first: i
 
 @kernel
 def _renew_planar(g: ContactArrays, poses: np.ndarray) -> int:
-    if not entry.must_renew(g, poses, RENEWAL):
+    if not entry.must_renew(g, poses):
         return 0
     shapes = shape_tables.shapes_planar(g)
     grounded = _grounded(g, shapes)
@@ -251,7 +251,7 @@ def _renew_planar(g: ContactArrays, poses: np.ndarray) -> int:
 
 @kernel
 def _renew_spatial(g: ContactArrays, poses: np.ndarray) -> int:
-    if not entry.must_renew(g, poses, RENEWAL):
+    if not entry.must_renew(g, poses):
         return 0
     shapes = shape_tables.shapes_spatial(g)
     grounded = _grounded(g, shapes)

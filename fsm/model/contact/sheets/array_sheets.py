@@ -240,7 +240,7 @@ def _edge_nodes(own: SheetArrays, slot: int, nodes: np.ndarray) -> None:
 @kernel
 def _renew(g: ContactArrays, poses: np.ndarray) -> int:
     own, state = index.sheets_of(g), g.state
-    if not must_renew(g, poses, kept.RENEWAL):
+    if not must_renew(g, poses):
         if state[kept.REFERRED] == RESTORED:
             _recall(g)
             state[kept.REFERRED], state[kept.FOUND] = 1, -1

@@ -80,10 +80,6 @@ TAPERS, NEAR, HEIGHTS = state.OWN_STATE, state.OWN_STATE + 1, state.OWN_STATE + 
 """Indices of `ContactArrays.state`: 1 if shares are tapered; number of probes in `near`; 1 if the heights hold."""
 
 
-MOVED = 0.2
-"""Displacement relative to the margin after which windows are renewed; a smaller one gives smaller windows."""
-
-
 # broad phase ------------------------------------------------------------------------------------------------------------
 
 
@@ -97,7 +93,7 @@ def _set_windows(g: ContactArrays, poses: np.ndarray, points: np.ndarray, chords
         bulge = max(bulge, chords[j, 2 * dimension + 1] - tips[j] / np.sqrt(chords[j, 2 * dimension]))
     low, high = chord_boxes(chords)
     window = own.window
-    apart = 2.0 * MOVED * g.numbers[state.MARGIN]
+    apart = 2.0 * state.RENEWAL * g.numbers[state.MARGIN]
     window_pieces(
         points, own.first_piece, own.last_piece, chords, fit_tree(low, high), reach + bulge,
         2.0 * (apart + bulge), own.nearest, window,
@@ -114,7 +110,7 @@ def _set_windows(g: ContactArrays, poses: np.ndarray, points: np.ndarray, chords
 @kernel
 def _renew_planar(g: ContactArrays, poses: np.ndarray) -> int:
     own = surfaces_of(g)
-    if not must_renew(g, poses, MOVED):
+    if not must_renew(g, poses):
         return 0
     points = probe_points_planar(poses, own.body, own.place.reshape(-1))
     _set_windows(g, poses, points, chords_planar(poses, own.owners, own.stations), 2)
@@ -124,7 +120,7 @@ def _renew_planar(g: ContactArrays, poses: np.ndarray) -> int:
 @kernel
 def _renew_spatial(g: ContactArrays, poses: np.ndarray) -> int:
     own = surfaces_of(g)
-    if not must_renew(g, poses, MOVED):
+    if not must_renew(g, poses):
         return 0
     points = probe_points_spatial(poses, own.body, own.place)
     chords = chords_spatial(poses, own.owners, own.stations, own.half_width)

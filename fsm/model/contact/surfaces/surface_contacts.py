@@ -9,15 +9,9 @@ import numpy as np
 from fsm.interactions.search.contact_body_pairs import coupled_bodies
 from fsm.interactions.surfaces.surface import BARE
 from fsm.kernels.tables import empty_arrays
+from fsm.model.bodies.contact_arrays import RENEWAL
 from fsm.model.contact.contact_table import ContactTable
-from fsm.model.contact.surfaces.array_surfaces import (
-    HEIGHTS,
-    MOVED,
-    PLANAR_SURFACES,
-    SPATIAL_SURFACES,
-    TAPERS,
-    SurfaceArrays,
-)
+from fsm.model.contact.surfaces.array_surfaces import HEIGHTS, PLANAR_SURFACES, SPATIAL_SURFACES, TAPERS, SurfaceArrays
 from fsm.model.contact.surfaces.panel_points import Corners
 
 _AHEAD, _NEAR = 1, 0.1
@@ -125,7 +119,7 @@ class SurfaceContacts(ContactTable):
         tips = np.maximum(-stations[:, 4], stations[:, 5] - 1.0)
         beyond = tips * (stations[:, 3] - stations[:, 0])
         seen = np.maximum(probes.clearance + margin, probes.depth_limit)
-        reach, count = seen + 2.0 * MOVED * margin + float(beyond.max()), len(probes.body)
+        reach, count = seen + 2.0 * RENEWAL * margin + float(beyond.max()), len(probes.body)
         none = np.full(count, -1, dtype=np.int64)
         own = SurfaceArrays(
             probes.body, probes.place, probes.straight, probes.inset, probes.clearance, probes.depth_limit, probes.cell,
