@@ -324,10 +324,7 @@ def _approximations(view: CheckContext) -> Iterator[str]:
         yield from contact.stick_slip(view)
     yield from _of_damping(view)
     if view.scene.drives and view.method == "static":
-        yield (
-            "inertia is neglected, except in a snap-through, which is solved as a motion until it comes to rest or dampers "
-            "alone slow it"
-        )
+        yield "inertia is neglected, except in a snap-through, which is solved as a motion until it comes to rest"
     elif view.scene.drives:
         yield "the force includes inertia: halve the speed, and check that the force does not change"
 

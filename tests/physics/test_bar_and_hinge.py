@@ -19,7 +19,6 @@ from fsm.case.models.case import Case
 from fsm.errors import CaseError
 from fsm.results.store import read_solution
 from fsm.run.run_case import run_case
-from fsm.solve.statics import snap_through, static
 
 KRESLING = Path(__file__).parents[2] / "folding_cases" / "kresling" / "case.toml"
 MIURA = """
@@ -261,60 +260,3 @@ def test_tube_that_snaps_shut_keeps_its_energy(tmp_path: Path) -> None:
     _, summary = run_text(tmp_path, text)
     assert summary["energy_error"] < 1e-4
     assert summary["step"][0]["loads"]["load on edge top"]["displacement"] == pytest.approx(0.03803, rel=0.03)
-
-
-def test_a_snap_that_dampers_slow_ends_as_one_with_inertia(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Two storeys under a growing load: each snaps as a motion that dampers alone slow after a while. The path with dampers
-    has the states after the snaps, and their energy, of motions to rest whose tolerance is tighter."""
-    text = """
-    [sheet]
-    kind = "kresling"
-    sides = 8
-    rows = 2
-    radius = "50 mm"
-    height = "26.6 mm"
-    twist = "50 deg"
-    facets = "bars"
-    thickness = "0.2 mm"
-    bars = { law = "ogden", linear_to = "135 deg" }
-    support = [{ at = "edge bottom" }]
-    [material]
-    young = "3 GPa"
-    density = "1000 kg/m^3"
-    damping = "0.1 s"
-    [crease]
-    stiffness_per_length = "0.02 N m/rad/m"
-    [[load]]
-    at = "edge top"
-    force = [0, 0, "-100 N"]
-    time = { kind = "ramp", end = "20 s", shape = "linear" }
-    [solve]
-    method = "static"
-    max_step = "2 s"
-    end_time = "20 s"
-    [save]
-    interval = "1 s"
-    """
-    handed: list[float] = []
-    continues = static._Follower._continues
-
-    def counted(self: static._Follower, step: float = 0.0) -> bool:
-        found = continues(self, step)
-        handed.extend([step] if step and found else [])
-        return found
-
-    monkeypatch.setattr(static._Follower, "_continues", counted)
-    folders = tmp_path / "dampers", tmp_path / "inertia"
-    for folder in folders:
-        folder.mkdir()
-    found, summary = run_text(folders[0], text)
-    count = len(handed)
-    monkeypatch.setattr(static, "_HANDED", 0)
-    monkeypatch.setattr(snap_through, "_IN_MOTION", 1.0)
-    reference, inertial = run_text(folders[1], text)
-    assert count == len(handed) > 0 and summary["steps"] < inertial["steps"]
-    assert [event["kind"] for event in summary["events"]] == [event["kind"] for event in inertial["events"]]
-    snaps = [*summary["events"], *inertial["events"]]
-    after = [not any(event["time"] <= t <= event["end_time"] for event in snaps) for t in found.time]
-    np.testing.assert_allclose(found.q[after], reference.q[after], atol=1e-5)
-    assert summary["energy_error"] < 2e-2

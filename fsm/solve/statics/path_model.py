@@ -14,13 +14,14 @@ from fsm.solve.equations.newton import negative_pivots_sticking, tangent_predict
 from fsm.solve.interface.records import Observation, PreviousState
 from fsm.solve.interface.system import System
 from fsm.solve.stepping import path_state as stepping
-from fsm.solve.stepping.path import RESTS
 from fsm.solve.stepping.path_state import Path, PathRules
 from fsm.solve.stepping.vectors import copy_into
 
 if TYPE_CHECKING:
     from fsm.solve.statics.path_recorder import PathRecorder
 
+_RESTING = 1e-3
+"""Residual without damper forces, relative to the largest reaction, below which a state is an equilibrium."""
 SHORT = 0.1
 """Ratio of a step without history for a prediction to the first step."""
 
@@ -155,9 +156,9 @@ class SystemPath:
     def stability(self, path: Path, rules: PathRules, t: float) -> int:
         """See `fsm.solve.stepping.path`."""
         assert self._found is not None
-        return self.judged_at_rest(path, t, self._found.q)
+        return self.judged_at_rest(t, self._found.q)
 
-    def judged_at_rest(self, path: Path, t: float, q: np.ndarray) -> int:
+    def judged_at_rest(self, t: float, q: np.ndarray) -> int:
         """Stability at rest of an equilibrium with dampers: ACCEPTED, SLOWED or UNSTABLE.
 
         Coulomb friction would hold contacts that stick. Regularised friction lets them creep, which is slow on the path.
@@ -169,8 +170,7 @@ class SystemPath:
         self.pivots, held = negative_pivots_sticking(system, t, q, solver, SHORT * self._first_step)
         if not self.pivots or held:
             return stepping.ACCEPTED
-        leaves = path.counts[stepping.LEAVING] > 0 or not self.rests(t, q)
-        return stepping.SLOWED if leaves else stepping.UNSTABLE
+        return stepping.UNSTABLE if self.rests(t, q) else stepping.SLOWED
 
     def rests(self, t: float, q: np.ndarray) -> bool:
         """Whether a state is an equilibrium without damper forces; these forces may hold an unstable state for a long
@@ -180,7 +180,7 @@ class SystemPath:
         event ("damped snap"); its forces do not belong to a quasi-static path.
         """
         left_over = np.abs(self.system.force(t, q, None) / self.newton.scales.force_scale)
-        return bool(left_over.max() < RESTS * self.recorder.largest_reaction)
+        return bool(left_over.max() < _RESTING * self.recorder.largest_reaction)
 
     def accept(self, path: Path, t: float) -> None:
         """See `fsm.solve.stepping.path`."""

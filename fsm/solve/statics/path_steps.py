@@ -43,9 +43,6 @@ _FEW = 8
 _PATTERNS = 20
 """Largest number of repetitions of a step because bodies came near each other whose block the pattern lacks."""
 
-SOON = 8
-"""Number of steps after a motion before which a critical point belongs to the same snap."""
-
 _RESTART = (
     "numbers", "counts", "progress", "states", "efforts", "earlier", "resting", "resting_drives",
 )  # fmt: skip
@@ -118,10 +115,7 @@ class PathSteps:
         self._doubtful = False  # the kernel has found a state whose stability Python has to judge
         self.far = min(_FAR * math.sqrt(settings.rtol), LARGEST_CORRECTION)
         self.reason: Reason | None = None
-        self.lost: Mark | None = None  # begin of unstable states, which end as an event of this kind
-        self.lost_as = "damped snap"
-        # number of times that the path has continued a motion of this snap, and its steps since then
-        self.handed = self.since_motion = 0
+        self.lost: Mark | None = None
         self.at_event = False  # the last step ends where an element changes, such as a latch that opens
         # kinetic energy of all bodies at the speed that the drives may cause; without drives, a part of the work of loads
         scales = self.newton.scales
@@ -133,7 +127,7 @@ class PathSteps:
             scales.force_scale, settings.rtol, math.sqrt(settings.rtol), self.far, self.first_step, settings.max_step,
             self.smallest, self.slow, scales.length, scales.extent, TORN * scales.length, settings.force_limit,
             settings.energy_abort, settings.judged_from, system.rate_dependent, system.fixed_pattern,
-            SHORT * self.first_step, trial_vector(system.nu),
+            trial_vector(system.nu),
         )  # fmt: skip
         self.anchor = self._here()
         if after is not None:
@@ -198,8 +192,8 @@ class PathSteps:
         if taken:
             q = path.q.copy()
             arrays.followed(q)
-            found = int(path.record[stepping.NEGATIVE_AT_REST]) if self.system.rate_dependent else None
-            pivots = self.model.pivots if judged and taken == 1 else found
+            stable = 0 if self.system.rate_dependent else None
+            pivots = self.model.pivots if judged and taken == 1 else stable
             self._take(rows[:taken], arrays.observation, q, pivots, memory)
         self._end()
         if taken:
@@ -213,7 +207,7 @@ class PathSteps:
         unknown = path.next_record[stepping.NEGATIVE] == stepping.UNKNOWN
         if unknown and self.newton.judged(t, q, before, arrays).ending is not Ending.CONVERGED:
             return stepping.UNSTABLE
-        judgement = self.model.judged_at_rest(path, t, q)
+        judgement = self.model.judged_at_rest(t, q)
         return stepping.RELEASED if judgement == stepping.UNSTABLE else judgement
 
     def _in_python(self, steps: Callable[..., int], to: Any, single: bool = False) -> Reason | None:
@@ -263,12 +257,8 @@ class PathSteps:
         lost = self.lost or mark(recorder)
         recorder.follow(self.path, rows, observation, q, pivots, memory)
         if self.lost is not None and not unstable:
-            self._note(self.lost_as, self.lost)
+            self._note("damped snap", self.lost)
         self.lost = lost if unstable else None
-        self.since_motion += len(rows)
-        self.path.counts[stepping.LEAVING] = max(0, self.path.counts[stepping.LEAVING] - len(rows)) if unstable else 0
-        if not unstable:
-            self.lost_as, self.handed = "damped snap", self.handed if self.since_motion < SOON else 0
         self.model.rejection = ""
 
     def _finish(self, may_renew: bool) -> None:
@@ -314,23 +304,19 @@ class PathSteps:
         for name in _RESTART:
             getattr(self.path, name)[:] = state[f"path_{name}"]
         self.path.numbers[stepping.COARSE_AT] = -math.inf
-        self._recorded, self._doubtful, self.handed = None, False, 0
+        self._recorded, self._doubtful = None, False
         self.path.counts[stepping.JUDGED] = 0
         self.model = SystemPath(self.system, newton, self.recorder, self.first_step)
 
     def _size(self, increment: np.ndarray) -> float:
         return float(largest_ratio(increment, self.newton.scales.span))
 
-    def _forget(self, step: float = 0.0) -> None:
-        """Restart the extrapolation at the present state, or with the present velocities for a time `step` (s) before it."""
+    def _forget(self) -> None:
+        """Restart the extrapolation at the present state."""
         path, recorder = self.path, self.recorder
         path.counts[[stepping.KNOWN, stepping.EARLIER, stepping.RESTING]] = 0
-        self._doubtful = False
-        if step > 0.0:
-            t, q = recorder.time - step, self.system.retract(recorder.q, -step * recorder.u)
-            path.found_efforts[:] = self.newton.efforts(t, q)
-            remember(path, self.system.progress(t), q, path.found_efforts)
         path.found_efforts[:] = self.newton.efforts(recorder.time, recorder.q)
+        self._doubtful = False
         remember(path, self.system.progress(recorder.time), recorder.q, path.found_efforts)
 
     def _predicted(self, t: float) -> tuple[np.ndarray, np.ndarray]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -43,12 +42,6 @@ _TRIES = 4
 """Largest number of repetitions of a step; the remaining loss is numerical damping of fast modes."""
 _RINGING = 500
 """Steps of a motion after which artificial damping is added."""
-_NEGLIGIBLE = 1e-2
-"""Kinetic energy relative to the energy that is dissipated in a few steps, below which inertia is negligible. A critically
-damped vibration has ten times as much."""
-_AS_FAST, _HALVINGS, _BISECTIONS = 0.95, 10, 3
-"""Least rate at which an unstable mode grows with inertia, over that without inertia; and numbers of halvings and bisections
-in the search of the latter."""
 _RELAXATIONS = 3
 _RELAXATION_TIME = 1e-2
 """Time of the relaxation, relative to the first step of the path, or to the time in which the forces at rest move the parts
@@ -79,24 +72,6 @@ class RestCriterion(NamedTuple):
     wait: float
 
 
-class Slowing(NamedTuple):
-    """Continuation of a motion without inertia.
-
-    Attributes
-    ----------
-    goes_on : ``goes_on(step)``
-        Take a step of the path with dampers of this size (s) from the present state; the result is whether it succeeded.
-    shortest : s
-        Steps of the motion that are shorter are not followed without inertia.
-    wanted : int
-        Number of steps with negligible inertia before the first attempt, and by which it grows with each attempt.
-    """
-
-    goes_on: Callable[[float], bool]
-    shortest: float
-    wanted: int
-
-
 def move_until_rest(
     system: System,
     recorder: PathRecorder,
@@ -104,23 +79,19 @@ def move_until_rest(
     settings: PathSettings,
     rest: RestCriterion,
     worst: float,
-    begins: bool,
-    slowing: Slowing | None,
-) -> tuple[int, bool]:
+    begins: bool = True,
+) -> int:
     """Integrate with inertia and damping until the motion has decayed, or to the end time of the path.
 
     The integration also ends where the force of the first drive reaches its limit. From `judged_from` of the settings on,
     it also ends if the energy error exceeds `worst` times the reference energy.
     A motion that still vibrates after several hundred steps, for example with friction only, has artificial damping
-    added in proportion to the momentum. If the motion `begins` here, its initial velocities follow from statics. With
-    `slowing`, the integration also ends where dampers alone slow the motion and the path with dampers continues it.
+    added in proportion to the momentum. If the motion `begins` here, its initial velocities follow from statics.
 
     Returns
     -------
-    iterations : int
-        Newton iterations of the motion.
-    continued : bool
-        Whether the path continues the motion.
+    int
+        Newton iterations taken.
 
     Raises
     ------
@@ -136,7 +107,6 @@ def move_until_rest(
         u = _allowed(system, recorder, u)
     solver = GeneralizedAlpha(system, recorder.time, recorder.q, u, rtol, rho_inf=_RHO_INF, first=recorder.last, parts=1)
     largest, iterations, tries, steps, unseen, near = 0.0, 0, 0, 0, 0, False
-    taken, spent, fastest, wanted = 0, 0.0, 0.0, 0 if slowing is None else slowing.wanted
     alone = math.inf if math.isfinite(settings.force_limit) else 0.0  # number of steps that are taken one by one
     while recorder.time < until:
         if recorder.statistics.steps >= settings.max_steps:
@@ -181,8 +151,7 @@ def move_until_rest(
         unseen = 0 if looks else unseen
         rested, near = near, looks and _on_path(system, equations, solver.t, solver.q, kinetic, rest.slow)
         recorder.dynamic(solver.t, solver.q, solver.u, observed, step_energy, near, records[:-1], rested and near)
-        largest_now = float(records[:, KINETIC].max())
-        largest = max(largest, largest_now)
+        largest = max(largest, float(records[:, KINETIC].max()))
         if recorder.time >= settings.judged_from and recorder.is_off(worst):
             break
         if settings.force_ratio(observed.drive) >= 1.0 - EXACT:
@@ -191,20 +160,7 @@ def move_until_rest(
             break
         if near and recorder.time >= earliest:
             break
-        taken, spent, fastest = taken + len(records), spent + step_energy.dissipated, max(fastest, largest_now)
-        if slowing is None or damped is not None or taken < wanted:
-            continue
-        slowed, step = fastest < _NEGLIGIBLE * spent, (solver.t - before[0]) / len(records)
-        taken, spent, fastest = 0, 0.0, 0.0
-        if slowed and step > slowing.shortest and dampers_alone_slow(system, equations, solver.t, solver.q, solver.u, step):
-            wanted += slowing.wanted
-            state, memory = solver.state(), system.memory()
-            with at_rest(system):
-                if slowing.goes_on(step):
-                    return iterations + solver.iterations, True
-            system.restore(memory)
-            solver.back_to(solver.t, solver.q, solver.u, state)
-    return iterations + solver.iterations, False
+    return iterations + solver.iterations
 
 
 def _until_limit(before: float, after: float) -> float:
@@ -226,42 +182,6 @@ def _on_path(system: System, solver: LinearSolver, t: float, q: np.ndarray, kine
         except NotConverged:
             return False
     return kinetic < _AS_THE_PATH * 0.5 * float(velocity @ system.momentum(q, velocity))
-
-
-def dampers_alone_slow(system: System, solver: LinearSolver, t: float, q: np.ndarray, u: np.ndarray, step: float) -> bool:
-    """Whether dampers alone determine how fast unstable modes grow, and steps of this size (s) follow their growth.
-
-    Without inertia the fastest mode grows at the largest rate s at which K + s D is singular, with inertia at that of
-    K + s D + s^2 M. The first rate has to be below 1/step, and the second one nearly as large.
-    """
-    with at_rest(system):
-        linear = system.linearise(t, q, u)
-    stiffness, damping = linear.stiffness, linear.damping.data
-    inertia = system.inertia(q, stiffness.pattern)
-
-    def grows(rate: float, part: float = 0.0) -> bool:
-        """Whether a mode grows faster than this rate (1/s); `part` is that of the inertia."""
-        matrix = stiffness.with_data(stiffness.data + rate * damping + part * rate**2 * inertia)
-        try:
-            solver.factorise(matrix.symmetric())
-        except NotConverged:
-            return True
-        return solver.negative_pivots() > 0
-
-    high = 1.0 / step
-    if grows(high):
-        return False
-    for _ in range(_HALVINGS):
-        if grows(0.5 * high):
-            break
-        high *= 0.5
-    else:  # no mode grows in the time of many steps
-        return True
-    low = 0.5 * high
-    for _ in range(_BISECTIONS):
-        middle = math.sqrt(low * high)
-        low, high = (middle, high) if grows(middle) else (low, middle)
-    return grows(_AS_FAST * low, 1.0)
 
 
 def _relaxed(system: System, t: float, q: np.ndarray, u: np.ndarray, longest: float) -> np.ndarray:

@@ -9,8 +9,7 @@ A step predicts the next configuration by extrapolation and corrects it by Newto
 
 Otherwise the step is cut. If the smallest step fails, the state is near a critical point, and `fsm.solve.statics.critical`
 determines its type. At a bifurcation the stable branch is followed. At a limit point the structure snaps, and its
-motion is integrated until it comes to rest (`fsm.solve.statics.snap_through`), or until dampers alone slow it; the path
-with dampers then continues the motion. Both are recorded as events.
+motion is integrated until it comes to rest (`fsm.solve.statics.snap_through`). Both are recorded as events.
 """
 
 from __future__ import annotations
@@ -32,9 +31,8 @@ from fsm.solve.settings import PathSettings
 from fsm.solve.statics.arc_length import limit_point_before
 from fsm.solve.statics.critical import Critical, critical_point, softest_mode, stable_branch
 from fsm.solve.statics.path_model import SHORT
-from fsm.solve.statics.path_steps import LARGEST_CORRECTION, SOON, Mark, PathSteps, Reason, mark
-from fsm.solve.statics.snap_through import RestCriterion, Slowing, dampers_alone_slow, move_until_rest, slide
-from fsm.solve.stepping import path_state as stepping
+from fsm.solve.statics.path_steps import LARGEST_CORRECTION, PathSteps, Reason, mark
+from fsm.solve.statics.snap_through import RestCriterion, move_until_rest, slide
 from fsm.solve.stepping.path import EXACT, MOVING, attempt, next_time
 
 _DRIVEN = 1e-2
@@ -47,13 +45,6 @@ _WAIT = 1e-2
 long."""
 _EVENTS = 30
 """Largest number of critical points; if there are more, the solver has lost the path."""
-_SLOWED, _HANDED, _LEAVING = 8, 6, 200
-"""Steps of a motion with negligible inertia after which the path with dampers continues it, twice as many after each time
-that it did not reach a stable state; largest number of such times in a snap; and largest number of states near an unstable
-equilibrium, after which they count as a critical point."""
-_NEGLIGIBLE = 0.1
-"""Kinetic energy relative to the energy that the last steps of the path with dampers dissipate, above which a snap goes on
-with inertia."""
 _LATER = 10.0
 """Factor on the time after the equilibrium is lost, after a slide that found no equilibrium."""
 _CALMER = 6
@@ -89,15 +80,7 @@ def follow(
 
 
 class _Follower(PathSteps):
-    """Path with its critical points.
-
-    Attributes
-    ----------
-    spent, dissipated : J
-        Energy that the last steps dissipated, each with half of the weight of the next one, and all steps so far.
-    """
-
-    spent = dissipated = 0.0
+    """Path with its critical points."""
 
     def go(self) -> None:
         """Follow the path to the end."""
@@ -120,32 +103,15 @@ class _Follower(PathSteps):
                     self._judge_energy()
                     if self.at_event:
                         self._settle()
-                    if self._inertia_returns():
-                        self._pass_critical(Reason.INERTIA)
                 else:
                     self._pass_critical(reason)
             if self.lost is not None:
-                self._note(self.lost_as, self.lost)
+                self._note("damped snap", self.lost)
             if recorder.time < settings.end_time:
                 self._note("force limit", mark(recorder))
                 recorder.save_last(final=True)
         finally:
             self._count(begun)
-
-    def _inertia_returns(self) -> bool:
-        """Whether inertia counts again in a snap that the path with dampers has continued."""
-        recorder, kinetic = self.recorder, self.recorder.last.energy.kinetic
-        dissipated = recorder.energy_balance.dissipated
-        # a step that is shortened to end at a given time dissipates little
-        self.spent, self.dissipated = 0.5 * self.spent + dissipated - self.dissipated, dissipated
-        if not self.path.counts[stepping.LEAVING]:
-            return False
-        if kinetic > max(_NEGLIGIBLE * self.spent, _DRIVEN * self.slow):
-            return True
-        if self.since_motion % SOON:
-            return False
-        step = recorder.time - float(self.path.numbers[stepping.BEFORE])
-        return not dampers_alone_slow(self.system, self.newton.solver, recorder.time, recorder.q, recorder.u, step)
 
     def _force_limit_reached(self) -> bool:
         """Whether the force of the first drive has reached its limit, up to `EXACT`."""
@@ -210,37 +176,25 @@ class _Follower(PathSteps):
         self.system.lock(0.0)
         if sum(event.kind != "damped snap" for event in self.statistics.events) >= _EVENTS:
             self._fail(Outcome.NO_EQUILIBRIUM)
-        slowed = self.handed > 0 and (self.lost is None or self.path.counts[stepping.LEAVING] > 0)
-        before = self._begin_of_event()
+        before = self.lost or mark(recorder)
+        self.lost = None
         later = recorder.time + 1e-3 * self.first_step
         kind = "motion"
         if reason is Reason.SINGULAR:
             self.model.failed = softest_mode(self.system, recorder.time, recorder.q)
             self._fail(Outcome.MECHANISM)
-        if slowed:  # the snap goes on with inertia
-            kind = "snap"
-        elif reason is not Reason.INERTIA:
+        if reason is not Reason.INERTIA:
             critical = critical_point(self.system, recorder.time, recorder.q, later)
             kind = "snap"
             # branches are searched at rest and without friction
             if critical.bifurcation and self.model.rests(recorder.time, recorder.q) and self._branch(critical):
                 kind = "bifurcation"
         if kind != "bifurcation":
-            self._move(slowed or reason is Reason.INERTIA)
+            self._move(reason is Reason.INERTIA)
         if kind == "motion" and self._passed_limit():
             kind = "snap"
-        self.anchor = self._here()
-        if self.lost is not None:  # dampers alone slow the snap, which ends at a stable state
-            self.lost, self.lost_as = before, kind
-            return
         self._note(kind, before)
         self._go_on_slowly()
-
-    def _begin_of_event(self) -> Mark:
-        """Present state, or the one before the unstable states up to here, which are no event of their own any more."""
-        before = self.lost or mark(self.recorder)
-        self.lost, self.lost_as, self.path.counts[stepping.LEAVING] = None, "damped snap", 0
-        return before
 
     def _passed_limit(self) -> bool:
         """Whether loads or drives passed a limit point before the end of a motion: then no slower ones follow equilibria.
@@ -293,9 +247,6 @@ class _Follower(PathSteps):
         scale = sum(map(abs, recorder.last.energy.potential.values())) if released else recorder.energy_balance.turnover
         worst = math.inf if released else settings.energy_abort
         rest = RestCriterion(MOVING, scale, _DRIVEN * self.slow, math.inf if released else _WAIT * self.first_step)
-        slowing = None
-        if self.handed < _HANDED and not released:
-            slowing = Slowing(self._continues, 2.0 * self.smallest, _SLOWED << self.handed)
         u = recorder.u if moving else np.zeros_like(recorder.u)
         if moving:
             recorder.begin_motion()
@@ -303,41 +254,24 @@ class _Follower(PathSteps):
             rest = rest._replace(part=0.1 * rest.part, wait=4.0 * rest.wait)
             try:
                 with at_rest(self.system, still=False):
-                    iterations, continued = move_until_rest(
-                        self.system, recorder, u, settings, rest, worst, not again, slowing
+                    self.statistics.newton_iterations += move_until_rest(
+                        self.system, recorder, u, settings, rest, worst, begins=not again
                     )
-                    self.statistics.newton_iterations += iterations
             except StepFailed as error:
                 self.model.rejection = error.reason
                 self._fail(error.outcome)
             self._judge_energy()
             if recorder.time >= settings.end_time or self._force_limit_reached():
                 return
-            if continued or self._continues():
-                return
             u = recorder.u
+            self._forget()
+            self.step_size = 1e-2 * self.first_step
+            stop = next(at for at in self._stops() if at > recorder.time)
+            t, _ = next_time(stop, recorder.time, self.step_size, settings.max_step)
+            self.reason = self._in_python(attempt, t, single=True)
+            if self.reason is None:
+                return
         self._fail(Outcome.NO_EQUILIBRIUM)
-
-    def _continues(self, step: float = 0.0) -> bool:
-        """Take a step of the path from a state of a motion; return whether it succeeded.
-
-        With a size (s), dampers alone slow the motion there: states may be near an unstable equilibrium, and the first
-        prediction has the velocities of the motion.
-        """
-        recorder = self.recorder
-        self.spent, self.dissipated = 0.0, recorder.energy_balance.dissipated
-        self._forget(step)
-        self.step_size = step or 1e-2 * self.first_step
-        self.path.counts[stepping.LEAVING] = _LEAVING if step else 0
-        stop = next(at for at in self._stops() if at > recorder.time)
-        t, _ = next_time(stop, recorder.time, self.step_size, self.settings.max_step)
-        self.reason = self._in_python(attempt, t, single=True)
-        if self.reason is None:
-            if step:
-                self.handed, self.since_motion = self.handed + 1, 0
-            return True
-        self.path.counts[stepping.LEAVING] = 0
-        return False
 
     def _slide(self) -> None:
         """Slide from a time just after the loss of the equilibrium; the time is found by trials.

@@ -39,8 +39,6 @@ AT_FIRST = 5e-3
 of energy."""
 _SMALL_LOSS = 1e-6
 """Dissipation relative to the reference energy, below which the forces at the end of a step are accurate enough."""
-RESTS = 1e-3
-"""Residual without damper forces, relative to the largest reaction, below which a state is an equilibrium."""
 SAME = 1e-12
 """Times whose relative difference is below this are equal."""
 
@@ -379,7 +377,7 @@ def follow(model: Any, path: Path, rules: PathRules, stops: np.ndarray, rows: np
 
     A rejected step is repeated with a shorter one. The result is ACCEPTED, or the reason of a rejection that a shorter step
     does not help. The function returns early if the energy error is too large or the drive reaches its limit, and after a
-    state that the caller has judged, or whose stiffness at rest is not definite.
+    state that the caller has judged.
     """
     numbers, counts, taken, stop = path.numbers, path.counts, 0, 0
     drives = path.resting_drives.shape[0]
@@ -395,8 +393,7 @@ def follow(model: Any, path: Path, rules: PathRules, stops: np.ndarray, rows: np
         judged, counts[index.JUDGED] = counts[index.JUDGED], 0
         if outcome == index.ACCEPTED:
             taken += 1
-            # the caller records what it knows of a state that it has judged, or that is not stable at rest
-            if judged != 0 or rows[taken - 1, index.MOVING_ON] > 0.0 or path.record[index.NEGATIVE_AT_REST] != 0.0:
+            if judged != 0:  # the caller records what it knows of this state
                 break
             limit = drives > 0 and abs(path.record[index.DRIVES + drives]) / rules.force_limit >= 1.0 - EXACT
             late = numbers[index.TIME] >= rules.judged_from

@@ -27,12 +27,11 @@ error of the last step whose energy balance was checked; largest reaction so far
 state in `Path.found` (s)."""
 (
     KNOWN, STEPS, REJECTED, ITERATIONS, EVALUATIONS, FACTORISATIONS, AT_EVENT, LAST_ITERATIONS, EARLIER, RESTING, JUDGED,
-    LEAVING,
-) = range(12)  # fmt: skip
+) = range(11)  # fmt: skip
 """Indices of `Path.counts`: known states of the extrapolation; accepted and rejected steps; iterations, evaluations and
 factorisations; whether the last step ends at an event (0 or 1); iterations of the last step; whether `earlier` and
 `resting` belong to this path (0 or 1); outcome plus one of the judgement of the state in `Path.found`, ACCEPTED, UNSTABLE,
-SLOWED or RELEASED, or zero; number of further states that may be near an unstable equilibrium, because a snap leaves it."""
+SLOWED or RELEASED, or zero."""
 (
     PASSED, NEGATIVE, NEGATIVE_AT_REST, LOST, LOADS, KEPT_LOSS, CONTACT, GRAVITY, PANELS, CREASES, KINETIC, INPUT, DRIVEN,
     STORED, LARGEST, OPENING, BARS, HINGES, FILM, PATCH, CABLE, BEAM, GAS, PART, DRIVES,
@@ -76,8 +75,6 @@ class PathRules(NamedTuple):
     abort, judged_from : - and s
         Energy error that stops the path, and the time from which it does.
     rate_dependent, fixed_pattern : bool, see `System`
-    sticking : s
-        Time for which contacts that stick may hold an unstable state.
     trial : (nu,) array, see `fsm.solve.stepping.accuracy`
     """
 
@@ -102,7 +99,6 @@ class PathRules(NamedTuple):
     judged_from: float
     rate_dependent: bool
     fixed_pattern: bool
-    sticking: float
     trial: np.ndarray
 
 
@@ -158,11 +154,11 @@ class Path(NamedTuple):
         """State of zeros for systems of these sizes."""
         record = DRIVES + 2 * drives + 7 * pairs
         shapes: list[Any] = [
-            9, 12, 11, (2, pairs), nq, nq, KEPT, (KEPT, nq), (KEPT, efforts), record, record, nu, drives, nu, efforts, nq,
+            9, 11, 11, (2, pairs), nq, nq, KEPT, (KEPT, nq), (KEPT, efforts), record, record, nu, drives, nu, efforts, nq,
             efforts, record, nu, drives,
         ]  # fmt: skip
         arrays = [np.zeros(shape) for shape in shapes]
-        arrays[1] = np.zeros(12, dtype=np.int64)
+        arrays[1] = np.zeros(11, dtype=np.int64)
         return cls(*arrays)
 
     def rows(self, count: int) -> np.ndarray:
