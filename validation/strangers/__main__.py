@@ -17,6 +17,7 @@ import json
 import sys
 import time
 from collections.abc import Sequence
+from importlib.util import find_spec
 from pathlib import Path
 
 from fsm.run.warm_up import compile_ahead
@@ -42,6 +43,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--only", metavar="KIND:INDEX", help="the one case to run again, whose folder is kept")
     chosen = parser.parse_args(arguments)
     kinds = tuple(chosen.kinds.split(","))
+    if find_spec("ipctk") is None:
+        parser.error("saved states with contact are tested by IPC Toolkit: pip install 'fsm[peers]'")
     if unknown := set(kinds) - set(KINDS):
         parser.error(f"no such kinds: {', '.join(sorted(unknown))}; there are {', '.join(KINDS)}")
     if chosen.only is not None:
