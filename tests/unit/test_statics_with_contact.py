@@ -13,6 +13,7 @@ from fsm.interactions.contact import pair_sums
 from fsm.model.compile.compile_case import compile_case
 from fsm.solve.outcome.run_io import CurvePoint, SavedState
 from fsm.solve.settings import PathSettings
+from fsm.solve.statics.path_model import SystemPath
 from fsm.solve.statics.static import follow
 from fsm.solve.stepping import path_state as stepping
 
@@ -51,6 +52,7 @@ direction = [1, 0, 0]
 speed = "1.5 mm/s"
 travel = "16 mm"
 """
+DAMPED = ["expect=none", "strip.segments_per_panel=4", "material.damping=20 s", 'drive.0.travel="120 mm"']
 CASES = {
     "plane": [],
     "plane, no damping": ["material.damping=0"],
@@ -128,3 +130,34 @@ def compare(one: Followed, other: Followed) -> None:
 def test_records_have_the_rows_of_the_sums_of_pairs() -> None:
     names = ("FORCE", "AREA", "FRICTION", "CARRIED", "SLIDING", "DAMPING")
     assert [getattr(stepping, f"PAIR_{name}") for name in names] == [getattr(pair_sums, name) for name in names]
+
+
+@pytest.mark.parametrize("friction", [[], COULOMB], ids=["no friction", "friction"])
+def test_kernels_judge_states_that_dampers_hold(friction: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Numbers of negative pivots, and the ends of damped snaps, in several states of one kernel, and in Python."""
+    judged: list[int] = []
+    judge = SystemPath.judged_at_rest
+
+    def count(model: SystemPath, *arguments: Any) -> int:
+        judged.append(judge(model, *arguments))
+        return judged[-1]
+
+    monkeypatch.setattr(SystemPath, "judged_at_rest", count)
+    found = []
+    for compiled in (True, False):
+        system = compile_case(load_case(CASE, [*DAMPED, *friction]).case)[1]
+        if not compiled:
+            system.__dict__["static_arrays"] = lambda ready: None
+        motion, saved = system.motions[0], list[SavedState]()
+        settings = PathSettings(motion.time_of(0.08), motion.time_of(6e-4), rtol=1e-3)
+        statistics, _ = follow(system, settings, [motion.time_of(x) for x in np.arange(0.05, 0.08, 2e-4)], saved.append)
+        found.append((statistics, [state.negative_pivots for state in saved], len(judged)))
+        judged.clear()
+    (kernel, pivots, by_python), (python, expected, _) = found
+    assert by_python == 1  # the first step, which has no history, is taken in Python
+    assert pivots == expected and sum(pivots) > 50
+    assert len(kernel.events) == len(python.events) == (3 if friction else 2)
+    for event, wanted in zip(kernel.events, python.events, strict=True):
+        assert event.kind == wanted.kind == "damped snap"
+        for name in ("time", "end_time", "travel", "end_travel", "force", "end_force"):
+            assert getattr(event, name) == pytest.approx(getattr(wanted, name), rel=1e-6)

@@ -349,6 +349,20 @@ SOLVERS = (
         physics_test("energy_balance", "test_strip_with_contact_and_friction"),
     ),
     Mutant(
+        "corrections that lack contacts which have closed",
+        "fsm/solve/stepping/generalized_alpha.py",
+        "if contraction > 1.0 and fresh and not renew:",
+        "if False:",
+        physics_test("generalized_alpha", "test_a_contact_that_begins_in_a_step_renews_the_tangent"),
+    ),
+    Mutant(
+        "kernels that let no contact hold an unstable state",
+        "fsm/model/system/array_path.py",
+        "1.0 if found == 0.0 else 0.0",
+        "0.0",
+        unit_test("statics_with_contact", "test_kernels_judge_states_that_dampers_hold"),
+    ),
+    Mutant(
         "numerical dissipation with the velocity before the step",
         "fsm/solve/stepping/generalized_alpha.py",
         "moved(motion.u, 0.5, faster)",

@@ -16,13 +16,13 @@ from fsm.model.bodies.array_forces import sum_forces as sum_body_forces
 from fsm.model.bodies.array_forces import sum_tangents as sum_body_tangents
 from fsm.model.bodies.arrays import DAMPING as BODY_DAMPING
 from fsm.model.bodies.arrays import FORCE as WRENCHES
-from fsm.model.bodies.arrays import FREE, POSES, RATES, springs_of
+from fsm.model.bodies.arrays import FREE, LAST_Q, POSES, RATES, springs_of
 from fsm.model.bodies.arrays import STIFFNESS as BODY_STIFFNESS
 from fsm.model.bodies.arrays import pattern_of as body_pattern_of
 from fsm.model.bodies.contact_arrays import keep_loaded
 from fsm.model.nodes.arrays import DAMPING, FIXED, FORCE, STIFFNESS, Coordinates, Q, U
 from fsm.model.nodes.arrays import pattern_of as joined_pattern_of
-from fsm.model.nodes.system.array_forces import forces_of_coordinates, hold
+from fsm.model.nodes.system.array_forces import forces_of_coordinates, hold, hold_rows
 from fsm.model.nodes.system.array_forces import place as place_nodes
 from fsm.model.nodes.system.array_forces import sum_forces as sum_node_forces
 from fsm.model.nodes.system.array_forces import sum_tangents as sum_node_tangents
@@ -291,6 +291,26 @@ def _condense_all(nodes: Coordinates | None, model: Joined) -> None:
     set_moments(nodes, model)
     condense(nodes, model)
     hold(nodes.table)
+
+
+@kernel
+def sum_damping_of_contacts(model: Joined, t: float) -> None:
+    """Write D of contacts alone, at the present state at rest, to the damping of the model; overwrites K of bodies."""
+    sum_tangents_by_rates(model.bodies, t, 0.0, floats_1d(model.bodies.table, LAST_Q)[:0], False)
+    _condense_damping(model.nodes, model)
+
+
+@kernel
+def _condense_damping(nodes: Coordinates | None, model: Joined) -> None:
+    if nodes is None:
+        return
+    bodies, table, damping = model.bodies.table, model.table, floats_3d(nodes.table, DAMPING)
+    p, members, damping[:] = body_pattern_of(bodies), floats_3d(table, at.MEMBERS), 0.0
+    add_condensed(
+        p.rows, p.columns, floats_3d(bodies, BODY_DAMPING), integers_1d(table, at.OF_MEMBERS), members, members,
+        integers_1d(table, at.STARTS), integers_1d(table, at.SLOTS), damping,
+    )  # fmt: skip
+    hold_rows(nodes.table, 0.0, damping)
 
 
 @kernel

@@ -7,6 +7,7 @@ import numpy as np
 from fsm.interactions.driven import place_driven
 from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d, integers_2d
 from fsm.kernels.block_equations import UNKNOWN
+from fsm.kernels.block_lu import SYMMETRY_TOLERANCE, is_symmetric
 from fsm.kernels.body_poses import pose_difference, scatter_free
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import program_at
@@ -16,13 +17,20 @@ from fsm.model.bodies import array_path as of_bodies
 from fsm.model.bodies.array_forces import part_before_event
 from fsm.model.bodies.array_locked import lock, swap_multipliers
 from fsm.model.bodies.array_pivots import negative_of_last, negative_of_symmetric
-from fsm.model.bodies.array_statics import per_second_of, take_up
+from fsm.model.bodies.array_statics import add_damping, per_second_of, take_up
 from fsm.model.bodies.arrays import FREE, INTERVAL, POSES, RATES, driven_of, springs_of
-from fsm.model.bodies.contact_arrays import lack_pairs
+from fsm.model.bodies.contact_arrays import FRICTION, contacts_at, lack_pairs
 from fsm.model.nodes import arrays as rows
 from fsm.model.nodes.arrays import Coordinates, full_mass_of
 from fsm.model.nodes.system.array_forces import rows_times
-from fsm.model.system.array_forces import accept_nodes_and_frames, folded, set_frames, sum_forces, sum_tangents
+from fsm.model.system.array_forces import (
+    accept_nodes_and_frames,
+    folded,
+    set_frames,
+    sum_damping_of_contacts,
+    sum_forces,
+    sum_tangents,
+)
 from fsm.model.system.array_statics import STATICS, place_nodes_mean
 from fsm.model.system.arrays import AT, FACETS, PLACES, Joined, matrices_of, sizes
 from fsm.solve.stepping import path_state as path
@@ -262,6 +270,24 @@ def _negative_at_rest(model: Joined, q: np.ndarray, trial: np.ndarray, accurate:
     ))  # fmt: skip
 
 
+@kernel
+def _sticks(model: Joined, q: np.ndarray, trial: np.ndarray, accurate: float, sticking: float) -> float:
+    own = replaced(model, "bodies", replaced(model.bodies, "table", model.bodies.at_rest))
+    of, friction = matrices_of(own), 0
+    if not is_symmetric(of.stiffness, of.pattern.rows, of.pattern.columns, of.pattern.transposed, SYMMETRY_TOLERANCE):
+        return UNKNOWN
+    for k in range(model.bodies.groups.shape[0]):
+        friction += contacts_at(model.bodies.groups, k).state[FRICTION]
+    if friction == 0:
+        return 0.0
+    held, t = of.stiffness.copy(), floats_1d(model.bodies.table, INTERVAL)[0]
+    _rest(own, t, q)
+    sum_damping_of_contacts(own, t)
+    add_damping(of.damping, 1.0 / sticking, held)
+    found = negative_of_symmetric(model.equations, of.pattern, held, of.matrix, of.factors, trial, accurate, model.flags)
+    return float(UNKNOWN if found == UNKNOWN else 1.0 if found == 0.0 else 0.0)
+
+
 # memory -----------------------------------------------------------------------------------------------------------------
 
 
@@ -283,6 +309,6 @@ def _contact_force(model: Joined, t: float, q: np.ndarray) -> float:
 
 PATH = StaticCalls(
     *STATICS[:10], _begin, _lacks, _efforts, _end_of_step, _accept, _progress, _difference, _contact_force, _balance_at_rest,
-    _power_before,
+    _power_before, _sticks,
 )  # fmt: skip
 """Kernels of `Joined` that quasi-static steps and paths call."""

@@ -48,7 +48,7 @@ class SavedState(ShortRepr):
     before: tuple[Number, np.ndarray] | None = None
     program_time: Number | None = None
     at_rest: bool = False
-    negative_pivots: int | None = None
+    negative_pivots: int | np.ndarray | None = None
     final: bool = False
     memory: np.ndarray | None = None
     numerical: Number = 0.0

@@ -14,14 +14,13 @@ from fsm.solve.equations.newton import negative_pivots_sticking, tangent_predict
 from fsm.solve.interface.records import Observation, PreviousState
 from fsm.solve.interface.system import System
 from fsm.solve.stepping import path_state as stepping
+from fsm.solve.stepping.path import RESTS
 from fsm.solve.stepping.path_state import Path, PathRules
 from fsm.solve.stepping.vectors import copy_into
 
 if TYPE_CHECKING:
     from fsm.solve.statics.path_recorder import PathRecorder
 
-_RESTING = 1e-3
-"""Residual without damper forces, relative to the largest reaction, below which a state is an equilibrium."""
 SHORT = 0.1
 """Ratio of a step without history for a prediction to the first step."""
 
@@ -54,14 +53,11 @@ class SystemPath:
     Parameters
     ----------
     system, newton, recorder : System, EquilibriumStep and PathRecorder of the path
-    first_step : s
 
     Attributes
     ----------
     observed : Observation
         Of the last state that a step found.
-    pivots : int or None
-        Number of negative pivots of the stiffness at rest there, if forces depend on rates.
     failed : (nu,) array
         Residual of the last step without an equilibrium; zeros if there is none.
     rejection : str
@@ -70,15 +66,14 @@ class SystemPath:
         Joint with the largest opening in the last state that a step found.
     """
 
-    def __init__(self, system: System, newton: EquilibriumStep, recorder: PathRecorder, first_step: float) -> None:
-        self.system, self.newton, self.recorder, self._first_step = system, newton, recorder, first_step
+    def __init__(self, system: System, newton: EquilibriumStep, recorder: PathRecorder) -> None:
+        self.system, self.newton, self.recorder = system, newton, recorder
         self.observed: Observation
         self.failed, self.rejection = np.zeros(system.nu), ""
         self.joint = "none"
         self._found: Equilibrium | None = None
         self.progress, self.difference, self.retract = system.progress, system.difference, system.retract
         self.contact_force = system.contact_force
-        self.pivots: int | None = None
 
     @property
     def _before(self) -> PreviousState:
@@ -156,19 +151,20 @@ class SystemPath:
     def stability(self, path: Path, rules: PathRules, t: float) -> int:
         """See `fsm.solve.stepping.path`."""
         assert self._found is not None
-        return self.judged_at_rest(t, self._found.q)
+        return self.judged_at_rest(path, rules, t, self._found.q)
 
-    def judged_at_rest(self, t: float, q: np.ndarray) -> int:
-        """Stability at rest of an equilibrium with dampers: ACCEPTED, SLOWED or UNSTABLE.
+    def judged_at_rest(self, path: Path, rules: PathRules, t: float, q: np.ndarray) -> int:
+        """Stability at rest of an equilibrium with dampers: ACCEPTED, SLOWED or UNSTABLE; writes the number of negative
+        pivots to its record.
 
         Coulomb friction would hold contacts that stick. Regularised friction lets them creep, which is slow on the path.
         """
         system, solver = self.system, self.newton.solver
         if not system.rate_dependent:
-            self.pivots = None
             return stepping.ACCEPTED
-        self.pivots, held = negative_pivots_sticking(system, t, q, solver, SHORT * self._first_step)
-        if not self.pivots or held:
+        negative, held = negative_pivots_sticking(system, t, q, solver, rules.sticking)
+        path.next_record[stepping.NEGATIVE_AT_REST] = negative
+        if not negative or held:
             return stepping.ACCEPTED
         return stepping.UNSTABLE if self.rests(t, q) else stepping.SLOWED
 
@@ -180,7 +176,7 @@ class SystemPath:
         event ("damped snap"); its forces do not belong to a quasi-static path.
         """
         left_over = np.abs(self.system.force(t, q, None) / self.newton.scales.force_scale)
-        return bool(left_over.max() < _RESTING * self.recorder.largest_reaction)
+        return bool(left_over.max() < RESTS * self.recorder.largest_reaction)
 
     def accept(self, path: Path, t: float) -> None:
         """See `fsm.solve.stepping.path`."""

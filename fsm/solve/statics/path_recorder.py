@@ -41,7 +41,17 @@ from fsm.solve.stepping.model import DRIVES as OF_DRIVES
 from fsm.solve.stepping.model import PANELS as OF_PANELS
 from fsm.solve.stepping.model import TIME as OF_TIME
 from fsm.solve.stepping.path import is_off
-from fsm.solve.stepping.path_state import AT, CREASES, DRIVES, MOVING_ON, PAIR_FORCE, PANELS, REACTION, Path
+from fsm.solve.stepping.path_state import (
+    AT,
+    CREASES,
+    DRIVES,
+    MOVING_ON,
+    NEGATIVE_AT_REST,
+    PAIR_FORCE,
+    PANELS,
+    REACTION,
+    Path,
+)
 from fsm.solve.time.array_steps import StepMethod
 
 
@@ -123,18 +133,16 @@ class PathRecorder:
 
     def follow(
         self, path: Path, rows: np.ndarray, observation: Callable[[np.ndarray], Observation], last: np.ndarray,
-        pivots: int | None, memory: np.ndarray | None = None,
+        memory: np.ndarray | None = None,
     ) -> None:  # fmt: skip
         """Record the steps of a path (`fsm.solve.stepping.path`); the caller must call `finish_step` next.
 
-        `observation` is the function of several records, `last` the last configuration. `pivots`: number of negative pivots
-        of the stiffness at rest in each state, if known. `memory`: `element_memory` before the first step, if a kernel has
-        taken them.
+        `observation` is the function of several records, `last` the last configuration. `memory`: `element_memory` before
+        the first step, if a kernel has taken them.
         """
         curve, drives = self.statistics.points, len(self.last.drive.travel)
         forces, pairs = DRIVES + drives, DRIVES + 2 * drives
         dissipated, count, saved = self.energy_balance.pair_energy, len(rows), []
-        self._pivots = pivots if drives else None  # records of a path without drives have no count
         balances, records, pair_energies, states = path.parts(rows)
         pair_forces = records[:, pairs:].reshape(count, 7, -1)[:, PAIR_FORCE]
         numbers = rows[:, [AT, MOVING_ON]].tolist(), records[:, [PANELS, CREASES]].tolist()
@@ -152,14 +160,17 @@ class PathRecorder:
         own = times, q, moved / (times - before[0])[:, None], observation(records[chosen])
         balance = balances[chosen].T
         energies_of_pairs = dissipated + pair_energies[chosen]
+        counted = drives > 0 and self.system.rate_dependent  # records of a path without drives have no count
+        pivots = records[chosen, NEGATIVE_AT_REST].astype(np.int64) if counted else None
         sums = balance[DISSIPATED], balance[WORK], balance[ERROR], energies_of_pairs
-        found = SavedState(*own, *sums, before, negative_pivots=self._pivots, numerical=balance[LOST])
+        found = SavedState(*own, *sums, before, negative_pivots=pivots, numerical=balance[LOST])
         if saved and memory is not None and self.system.replays:
             found = replace(found, element_memory=self.system.replayed(memory, rows[:, AT], states)[chosen])
         self._keep(found, len(saved))
         self.energy_balance.set_numbers(balances[-1])
         self.energy_balance.pair_energy = energies_of_pairs[-1]
         self.time, self.q, self.u, self.last = float(times[-1]), last, own[2][-1], row_of(own[3], -1)
+        self._pivots = None if pivots is None else int(pivots[-1])
         self._before = float(before[0][-1]), before[1][-1]
         if self.request.each_step:
             self._passed = tuple(zip(rows[:-1, AT].tolist(), states[:-1].copy(), strict=True))

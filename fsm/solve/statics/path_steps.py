@@ -107,7 +107,7 @@ class PathSteps:
         observed = system.observe(t, q, None) if after is not None else self.recorder.last
         sizes = len(efforts), len(observed.drive.travel), len(observed.pairs.force)
         self.path = Path.of(system.nq, system.nu, *sizes)
-        self.model = SystemPath(system, self.newton, self.recorder, self.first_step)
+        self.model = SystemPath(system, self.newton, self.recorder)
         self.breaks = [at for at in system.break_times() if t < at < settings.end_time]
         # a single state gives only a tangent; if the solve does not start at rest, the drive has its full speed at the start
         self.step_size = self.first_step if start is None else SHORT * self.first_step
@@ -127,7 +127,7 @@ class PathSteps:
             scales.force_scale, settings.rtol, math.sqrt(settings.rtol), self.far, self.first_step, settings.max_step,
             self.smallest, self.slow, scales.length, scales.extent, TORN * scales.length, settings.force_limit,
             settings.energy_abort, settings.judged_from, system.rate_dependent, system.fixed_pattern,
-            trial_vector(system.nu),
+            SHORT * self.first_step, trial_vector(system.nu),
         )  # fmt: skip
         self.anchor = self._here()
         if after is not None:
@@ -162,19 +162,19 @@ class PathSteps:
         arrays = None
         if self.path.counts[stepping.KNOWN] > 1:
             arrays = self.system.static_arrays(self.newton.solver.ready)
-        most = 1 if self.lost is not None else min(left, _FEW) if self.recorder.request.each_step else left
+        most = min(left, _FEW) if self.recorder.request.each_step else left
         if arrays is not None and self._march_arrays(arrays, max(1, most)):
             return None
         return self._in_python(follow, self._stops())
 
     def _march_arrays(self, arrays: StaticArrays, most: int) -> bool:
         """Take at most `most` steps in one kernel; return whether it took any."""
-        path, recorder, judged = self.path, self.recorder, False
+        path, recorder = self.path, self.recorder
         rows, outcome, memory = path.rows(most), stepping.LACKS, self.system.element_memory()
         self._begin()
         for _ in range(_PATTERNS):
             if self._doubtful:
-                self._doubtful, judged = False, True
+                self._doubtful = False
                 path.counts[stepping.JUDGED] = 1 + self._judge(arrays)
             arrays.prepare((recorder.time, recorder.q))
             stops = self._stops()
@@ -192,9 +192,7 @@ class PathSteps:
         if taken:
             q = path.q.copy()
             arrays.followed(q)
-            stable = 0 if self.system.rate_dependent else None
-            pivots = self.model.pivots if judged and taken == 1 else stable
-            self._take(rows[:taken], arrays.observation, q, pivots, memory)
+            self._take(rows[:taken], arrays.observation, q, memory)
         self._end()
         if taken:
             self._finish(may_renew=True)
@@ -207,7 +205,7 @@ class PathSteps:
         unknown = path.next_record[stepping.NEGATIVE] == stepping.UNKNOWN
         if unknown and self.newton.judged(t, q, before, arrays).ending is not Ending.CONVERGED:
             return stepping.UNSTABLE
-        judgement = self.model.judged_at_rest(t, q)
+        judgement = self.model.judged_at_rest(path, self.rules, t, q)
         return stepping.RELEASED if judgement == stepping.UNSTABLE else judgement
 
     def _in_python(self, steps: Callable[..., int], to: Any, single: bool = False) -> Reason | None:
@@ -218,7 +216,7 @@ class PathSteps:
             outcome = steps(self.model, self.path, self.rules, to, rows[0] if single else rows)
         taken = bool(self.path.counts[stepping.STEPS])
         if taken:
-            self._take(rows, lambda records: as_rows(self.model.observed), self.model.state, self.model.pivots)
+            self._take(rows, lambda records: as_rows(self.model.observed), self.model.state)
         self._end()
         if outcome == stepping.APART:
             self._fail(Outcome.TORN)
@@ -249,17 +247,26 @@ class PathSteps:
         counts[stepping.STEPS : stepping.LAST_ITERATIONS] = 0
 
     def _take(
-        self, rows: np.ndarray, observation: Callable[[np.ndarray], Observation], q: np.ndarray, pivots: int | None,
+        self, rows: np.ndarray, observation: Callable[[np.ndarray], Observation], q: np.ndarray,
         memory: np.ndarray | None = None,
     ) -> None:  # fmt: skip
-        """Record the steps of the path; arguments as in `PathRecorder.follow`."""
-        recorder, unstable = self.recorder, bool(rows[-1, stepping.MOVING_ON])
-        lost = self.lost or mark(recorder)
-        recorder.follow(self.path, rows, observation, q, pivots, memory)
-        if self.lost is not None and not unstable:
-            self._note("damped snap", self.lost)
-        self.lost = lost if unstable else None
+        """Record the steps of the path, and their damped snaps; arguments as in `PathRecorder.follow`."""
+        before, unstable = mark(self.recorder), rows[:, stepping.MOVING_ON] > 0.0
+        self.recorder.follow(self.path, rows, observation, q, memory)
+        for number in np.flatnonzero(np.diff(unstable, prepend=self.lost is not None)):
+            if unstable[number]:
+                self.lost = self._mark_of(rows[number - 1]) if number else before
+            else:
+                assert self.lost is not None
+                self._note("damped snap", self.lost, self._mark_of(rows[number]))
+                self.lost = None
         self.model.rejection = ""
+
+    def _mark_of(self, row: np.ndarray) -> Mark:
+        """State of a row of the path, as the end of an event."""
+        (record,), drives = self.path.parts(row[None])[1], len(self.recorder.last.drive.travel)
+        first = record[[stepping.DRIVES, stepping.DRIVES + drives]].tolist() if drives else (0.0, 0.0)
+        return Mark(float(row[stepping.AT]), *first)
 
     def _finish(self, may_renew: bool) -> None:
         """End a step: it may be a restart point."""
@@ -306,7 +313,7 @@ class PathSteps:
         self.path.numbers[stepping.COARSE_AT] = -math.inf
         self._recorded, self._doubtful = None, False
         self.path.counts[stepping.JUDGED] = 0
-        self.model = SystemPath(self.system, newton, self.recorder, self.first_step)
+        self.model = SystemPath(self.system, newton, self.recorder)
 
     def _size(self, increment: np.ndarray) -> float:
         return float(largest_ratio(increment, self.newton.scales.span))
@@ -334,9 +341,9 @@ class PathSteps:
         if judged and self.recorder.is_off(self.settings.energy_abort):
             self._fail(Outcome.ENERGY_OF_STATICS)
 
-    def _note(self, kind: str, begin: Mark) -> None:
-        """Record an event that ends at the present state."""
-        end = mark(self.recorder)
+    def _note(self, kind: str, begin: Mark, end: Mark | None = None) -> None:
+        """Record an event that ends at the present state, or at an earlier one."""
+        end = end or mark(self.recorder)
         self.statistics.events.append(Event(kind, begin.time, end.time, begin.travel, end.travel, begin.force, end.force))
 
     def _fail(self, outcome: Outcome) -> None:

@@ -393,10 +393,13 @@ def _newton(model: Any, motion: Motion, rules: Rules, end: float, h: float, rene
         size = weighted_mean_square(change, weight)
         if not math.isfinite(size):
             break
+        contraction = size / before if before > 0.0 else 0.0
+        if contraction > 1.0 and fresh and not renew:  # contacts have closed or opened since the tangent
+            renew = True
+            continue
         vectors.correct(calls.mapped(model, change), by_u, by_a, by_rate, x, u, a, rate)
         q = calls.retract(model, motion.q, x)
         if iteration > 0:
-            contraction = size / before if before > 0.0 else 0.0
             # the first correction stretches stiff springs that rotate; the second removes this
             if contraction > 2.0 and not last and (not fresh or iteration > 1):
                 break

@@ -39,6 +39,8 @@ AT_FIRST = 5e-3
 of energy."""
 _SMALL_LOSS = 1e-6
 """Dissipation relative to the reference energy, below which the forces at the end of a step are accurate enough."""
+RESTS = 1e-3
+"""Residual without damper forces, relative to the largest reaction, below which a state is an equilibrium."""
 SAME = 1e-12
 """Times whose relative difference is below this are equal."""
 
@@ -376,8 +378,7 @@ def follow(model: Any, path: Path, rules: PathRules, stops: np.ndarray, rows: np
     """Take steps that end at each of the increasing times `stops` (s), up to the last one, at most one for each row.
 
     A rejected step is repeated with a shorter one. The result is ACCEPTED, or the reason of a rejection that a shorter step
-    does not help. The function returns early if the energy error is too large or the drive reaches its limit, and after a
-    state that the caller has judged.
+    does not help. The function returns early if the energy error is too large or the drive reaches its limit.
     """
     numbers, counts, taken, stop = path.numbers, path.counts, 0, 0
     drives = path.resting_drives.shape[0]
@@ -390,11 +391,9 @@ def follow(model: Any, path: Path, rules: PathRules, stops: np.ndarray, rows: np
         outcome = attempt(model, path, rules, t, rows[taken])
         if outcome in (index.LACKS, index.DOUBTFUL, index.UNABLE):
             return outcome
-        judged, counts[index.JUDGED] = counts[index.JUDGED], 0
+        counts[index.JUDGED] = 0
         if outcome == index.ACCEPTED:
             taken += 1
-            if judged != 0:  # the caller records what it knows of this state
-                break
             limit = drives > 0 and abs(path.record[index.DRIVES + drives]) / rules.force_limit >= 1.0 - EXACT
             late = numbers[index.TIME] >= rules.judged_from
             if path.record[index.PART] > 0.0:

@@ -8,6 +8,7 @@ import numpy as np
 
 from fsm.kernels.jit import compiled_as, kernel
 from fsm.kernels.pointers import borrowed
+from fsm.kernels.vector import largest_ratio
 from fsm.solve.stepping import path as quasi_path
 from fsm.solve.stepping import path_state as row
 from fsm.solve.stepping import quasi_static
@@ -103,9 +104,18 @@ def _stability(model: StaticModel, path: Path, rules: PathRules, t: float) -> in
     if path.counts[row.JUDGED] != 0:
         judgement = path.counts[row.JUDGED] - 1
         return row.UNSTABLE if judgement == row.RELEASED else judgement
-    if not rules.rate_dependent or path.next_record[row.NEGATIVE_AT_REST] == 0.0:
+    negative = path.next_record[row.NEGATIVE_AT_REST]
+    if not rules.rate_dependent or negative == 0.0:
         return row.ACCEPTED
-    return row.DOUBTFUL
+    held = row.UNKNOWN
+    if negative != row.UNKNOWN:
+        held = model.calls.sticks(model.arrays, path.found, rules.trial, ACCURATE, rules.sticking)
+    if held != 0.0:
+        return row.DOUBTFUL if held == row.UNKNOWN else row.ACCEPTED
+    if path.counts[row.RESTING] == 0:
+        model.calls.balance_at_rest(model.arrays, t, path.found, path.next_resting, path.next_resting_drives)
+    rests = largest_ratio(path.next_resting, rules.force_scale) < quasi_path.RESTS * path.numbers[row.REACTION]
+    return row.UNSTABLE if rests else row.SLOWED
 
 
 def _accept(model: StaticModel, path: Path, t: float) -> None:

@@ -75,6 +75,8 @@ class PathRules(NamedTuple):
     abort, judged_from : - and s
         Energy error that stops the path, and the time from which it does.
     rate_dependent, fixed_pattern : bool, see `System`
+    sticking : s
+        Time for which contacts that stick may hold an unstable state.
     trial : (nu,) array, see `fsm.solve.stepping.accuracy`
     """
 
@@ -99,6 +101,7 @@ class PathRules(NamedTuple):
     judged_from: float
     rate_dependent: bool
     fixed_pattern: bool
+    sticking: float
     trial: np.ndarray
 
 

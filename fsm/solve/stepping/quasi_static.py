@@ -146,6 +146,9 @@ class StaticCalls(NamedTuple):
         Write the force (nu,) and the forces of all drives (n_drives,) at rest.
     power_before : ``power_before(model, t, q)``
         Power of loads (W) in the last state, with the mean velocities of the step whose end was recorded.
+    sticks : ``sticks(model, q, trial, accurate, sticking)``
+        Whether contacts that stick for the time `sticking` (s) prevent that modes grow: 1 or 0, for the stiffness at rest of
+        the state q that was recorded last; `UNKNOWN` if this stiffness is not symmetric, or the signs are not certain.
     """
 
     force: Any
@@ -168,6 +171,7 @@ class StaticCalls(NamedTuple):
     contact_force: Any = None
     balance_at_rest: Any = None
     power_before: Any = None
+    sticks: Any = None
 
 
 class StaticModel(NamedTuple):
@@ -182,6 +186,7 @@ class StaticModel(NamedTuple):
         arguments = StaticCalls(
             (q,), (q, True), (), (q, q), (q,), (q, q), (q, q, True), (q, 0.0, True), (q,), (0,), (0.0, 0.0, q, q, True, 0.0),
             (), (q,), (q, q, 0.0, True, q), (q,), (0.0,), (q, q), (0.0, q), (0.0, q, q, q), (0.0, q),
+            (q, q, 0.0, 0.0),
         )  # fmt: skip
         example = Example(arrays)
         return cls(pointers(kernels, StaticCalls(*((example, *rest) for rest in arguments))), arrays)
