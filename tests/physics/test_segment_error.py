@@ -166,11 +166,11 @@ def _pulled(peak: float, *snaps: float, kind: str = "snap") -> Any:
     ("own", "other", "words", "peak", "final"),
     [
         (_pulled(10.0, 0.005), _pulled(11.0, 0.00501), "", 0.1, 0.05),
-        (_pulled(10.0, 0.005), _pulled(9.0, 0.006), "peak force 9 to 10 N", 0.1, 0.05),
-        (_pulled(10.0, 0.005), _pulled(11.0), "peak force 10 to 11 N", 0.1, 0.05),
-        (_pulled(10.0), _pulled(11.0, 0.005), "peak force 10 to 11 N", 0.1, 0.05),
+        (_pulled(10.0, 0.005), _pulled(9.0, 0.006), "peak force 9 to 10 N", 0.3, 0.15),
+        (_pulled(10.0, 0.005), _pulled(11.0), "peak force 10 to 11 N", 0.3, 0.15),
+        (_pulled(10.0), _pulled(11.0, 0.005), "peak force 10 to 11 N", 0.3, 0.15),
         (_pulled(10.0, 0.005), _pulled(10.01, 0.005, kind="bifurcation"), "peak force 10 to 10.01 N", 0.02, 0.02),
-        (_pulled(10.0, 0.015), _pulled(11.0, 0.016), "final force 5 to 5.5 N", 0.02, 0.05),
+        (_pulled(10.0, 0.015), _pulled(11.0, 0.016), "final force 5 to 5.5 N", 0.02, 0.15),
         (_pulled(10.0, 0.005, kind="vibration"), _pulled(11.0), "", 0.02, 0.02),
     ],
 )

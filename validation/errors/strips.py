@@ -15,7 +15,7 @@ __all__ = ["KINDS"]
 _FINER = 2
 
 
-def _strip(random: np.random.Generator, panels: int, angle: float, thickness: float) -> dict[str, Any]:
+def _strip(random: np.random.Generator, panels: int, angle: float, thickness: float, segments: int) -> dict[str, Any]:
     """Strip without contact and without a drive; `angle` in degrees."""
     panel, width = float(random.uniform(0.02, 0.1)), float(random.uniform(0.01, 0.1))
     young = float(10.0 ** random.uniform(8.7, 11.3))
@@ -23,7 +23,7 @@ def _strip(random: np.random.Generator, panels: int, angle: float, thickness: fl
     return {
         "strip": {
             "length": panels * panel, "width": width, "thickness": thickness, "panels": panels,
-            "fold_angle": f"{angle:.1f} deg", "segments_per_panel": 4 * int(random.integers(3, 8)),
+            "fold_angle": f"{angle:.1f} deg", "segments_per_panel": segments,
         },
         "material": {"young": young, "poisson": 0.3, "density": 1200.0 if young < 1e10 else 2700.0},
         "crease": {"law": "linear", "stiffness": bending / panel * float(10.0 ** random.uniform(-0.7, 1.0))},
@@ -46,7 +46,7 @@ def _finer(tables: dict[str, Any]) -> dict[str, Any]:
 def _any(random: np.random.Generator) -> Iterator[Number]:
     """Strip pulled at its end or its middle crease, with and without contact, friction and gravity."""
     panels, angle = int(random.integers(2, 11)), float(random.uniform(55.0, 88.0))
-    tables = _strip(random, panels, angle, float(10.0 ** random.uniform(-4.3, -3.4)))
+    tables = _strip(random, panels, angle, float(10.0 ** random.uniform(-4.3, -3.4)), int(random.integers(10, 31)))
     if panels > 5 and random.random() < 0.6:
         _pull_middle(tables, float(random.uniform(0.1, 0.9)))
     else:
@@ -65,9 +65,9 @@ def _any(random: np.random.Generator) -> Iterator[Number]:
 def _snapping(random: np.random.Generator) -> Iterator[Number]:
     """Steep strip with contact, pulled at its middle crease; only cases with snaps or bifurcations give numbers."""
     angle, thickness = float(random.uniform(83.0, 88.0)), float(random.uniform(1e-4, 3e-4))
-    tables = _strip(random, int(random.integers(6, 11)), angle, thickness)
+    tables = _strip(random, int(random.integers(6, 10)), angle, thickness, int(random.integers(8, 15)))
     tables["contact"] = {}
-    _pull_middle(tables, float(random.uniform(0.3, 1.0)))
+    _pull_middle(tables, float(random.uniform(0.1, 0.5)))
     yield from numbers(tables, "mesh", _finer(tables), snaps=True)
 
 
