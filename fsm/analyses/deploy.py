@@ -60,6 +60,8 @@ give the same steps, and no difference."""
 _SAFE = 3.0
 """Factor of the differences of motions with other steps, whose order is irregular."""
 
+_VERBS = {"bifurcation": "has a bifurcation", "motion": "has a motion", "release": "begins with a motion"}
+"""Words on an event of a path by its kind; other kinds are snaps."""
 _LIMITS = "; limit points are interpolated, see them with half of solve.max_step"
 
 
@@ -332,10 +334,10 @@ class Deployment(Analysis):
         snaps = path_events(summary, summary["final_travel"])
         if not snaps:
             return {"by": by} | forces
-        first = snaps[0]["travel"]
-        event = "has a bifurcation" if snaps[0]["kind"] == "bifurcation" else "snaps"
+        first, verb = snaps[0]["travel"], _VERBS.get(snaps[0]["kind"], "snaps")
         before_peak = bool(path_events(summary, summary["peak_travel"]))
-        where = f"the path {event} at {solution.layout.travel_text(first)}, {'before' if before_peak else 'after'} its peak"
+        side = "before" if first < summary["peak_travel"] else "at" if before_peak else "after"
+        where = f"the path {verb} at {solution.layout.travel_text(first)}, {side} its peak"
         others = other_segments(self.case)
         counts = [other.strip.segments_per_panel for other in others if other.strip is not None]
         if not refused:
