@@ -70,7 +70,7 @@ def test_stated_errors_of_a_strip_that_is_drawn_nearly_taut(tmp_path: Path) -> N
         one = found[count]
         actual = abs(found[60]["final_force"] - one["final_force"]) / max(abs(one["peak_force"]), abs(one["final_force"]))
         assert actual < one["mesh_error_final"] < 5.0 * actual
-    assert any("segments are coarse: final force: error about" in warning for warning in found[10]["warnings"])
+    assert any("the segments are coarse: peak force: error about" in warning for warning in found[10]["warnings"])
 
 
 @pytest.mark.parametrize("spatial", [False, True])
