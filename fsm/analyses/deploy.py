@@ -328,7 +328,8 @@ class Deployment(Analysis):
         for of, scale in (("peak", peak), ("final", max(peak, final))):
             off = error.at(solution, summary[f"{of}_travel"], summary[f"{of}_force"])
             forces[f"{of}_force"] = None if off is None or not scale else off / scale
-        by = "bending energy that the segments do not resolve"
+        touches = bool(np.any(solution.pair_force))
+        by = f"bending energy that the segments do not resolve{', contact not included' if touches else ''}"
         if None in forces.values():
             by = "not estimated: no panel bends, or a panel has fewer than four segments"
         snaps = path_events(summary, summary["final_travel"])
