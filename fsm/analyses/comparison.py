@@ -9,6 +9,9 @@ error is d R/(1 - R), at most 3 d. A difference that is small by coincidence giv
 least D/8. All differences due to the mesh are multiplied by 1.25 (the grid convergence index of Roache, 1994), those due to
 steps by 3 (`validation/errors`). If the positions of two motions with other steps part, no error is stated. The numbers in
 the results are not corrected.
+
+After a snap or a bifurcation, runs on different meshes may follow different branches, and finer meshes do not approach a
+limit. The error of a force is then at least the largest difference of all runs times a factor.
 """
 
 from __future__ import annotations
@@ -26,6 +29,7 @@ from fsm.case.models.sheet import Sheet
 from fsm.case.models.solve import Solve
 from fsm.case.plan.method_selection import solve_of
 from fsm.results.solution import Solution
+from fsm.text.shown_units import shown_range, turns
 
 MOST_WORK = 5e9
 """Work of a run up to which "auto" compares, about five seconds: Newton iterations (or steps) times the square of the
@@ -53,6 +57,13 @@ _MOVES = 1e-4
 """Smallest displacement along an axis relative to the largest displacement, for an error along this axis."""
 _LARGE = 0.02
 """Error of positions above which its time is stated."""
+_NO_BRANCH = ("vibration", "force limit")
+"""Kinds of events after which all meshes follow the same branch."""
+_BRANCHES = 3.0
+"""Factor of the largest difference of forces on different branches. Of four random forces, the difference of the first from
+one is below three times the larger difference from the others in 95 of 100 cases."""
+_SAME_TRAVEL = 0.02
+"""Largest relative difference of the travels of a snap on two meshes that follow the same branch."""
 _LOOSER, _LONGER = 10.0, 2.0
 """Ratios of tolerances, and of fixed steps and largest steps."""
 
@@ -75,6 +86,7 @@ class Comparison:
     parts : whether motions can part, so that a large difference is no error
     reach : (n,) array, m
         Radii of gyration of the bodies; absent: bodies turn little, or have plates.
+    least : errors of forces of a path with snaps, known without further runs; only these forces are compared
     """
 
     by: str
@@ -85,6 +97,7 @@ class Comparison:
     safety: float = 1.25
     parts: bool = False
     reach: np.ndarray | None = None
+    least: Statement | None = None
 
     def error(self, differences: Sequence[float]) -> float:
         """Error from the errors of first order that successive runs give, the first from the run itself."""
@@ -134,6 +147,23 @@ def larger_steps(case: Case) -> Case:
     return case.model_copy(update={"solve": looser(case.solve), "step": steps})
 
 
+def path_events(summary: dict[str, Any], until: float) -> list[dict[str, Any]]:
+    """Snaps and bifurcations of a path that begin up to a travel of its first drive."""
+    return [one for one in summary["events"] if one["kind"] not in _NO_BRANCH and one["travel"] <= until * (1.0 + _STILL)]
+
+
+def other_segments(case: Case) -> tuple[Case, ...]:
+    """The strip with three quarters and three halves of its segments; half of them are too coarse for contact."""
+    strip = case.strip
+    assert strip is not None
+    count = strip.segments_per_panel
+    counts = (3 * count // 4, 3 * count // 2) if count > 3 else (2 * count, 3 * count)
+    solve = case.solve.model_copy(update={"error_estimates": "off"})
+    return tuple(
+        case.model_copy(update={"strip": strip.model_copy(update={"segments_per_panel": n}), "solve": solve}) for n in counts
+    )
+
+
 def other_meshes(case: Case) -> tuple[Case, ...]:
     """The case with cells of twice and of four times the size; empty if no direction has two cells."""
     found = []
@@ -181,6 +211,8 @@ def compared(comparison: Comparison, own: tuple[Solution, dict[str, Any]], other
     """
     solution, summary = own
     runs = [(other, other.summary) for other in others]
+    if comparison.least is not None:
+        return _of_snaps(comparison, comparison.least, summary, [there for _, there in runs])
     chain = [solution, *others]
     factors = [_of_first_order(a, b) if comparison.cells else 1.0 for a, b in pairwise(chain)]
     positions = _of_positions(comparison, chain, factors)
@@ -209,6 +241,10 @@ def compared(comparison: Comparison, own: tuple[Solution, dict[str, Any]], other
             if error:
                 found[name] = error[0]
     found |= positions
+    if comparison.cells and "peak_force" in found:
+        found |= _of_snaps(comparison, found, summary, [there for _, there in runs])
+    elif comparison.cells and any(len(there["events"]) != len(summary["events"]) for _, there in runs):
+        found["by"] += "; other meshes snap at other loads"
     probes = {}
     for name, moved in summary.get("probe_displacement", {}).items():
         size = float(np.linalg.norm(moved))
@@ -228,6 +264,31 @@ def compared(comparison: Comparison, own: tuple[Solution, dict[str, Any]], other
     loads = _of_loads(comparison, chain, factors)
     named = {"probes": probes, "frequencies": frequencies, "limit_points": limits, "loads": loads}
     return found | {name: errors for name, errors in named.items() if errors}
+
+
+def _of_snaps(comparison: Comparison, least: Statement, own: dict[str, Any], others: Sequence[dict[str, Any]]) -> Statement:
+    """Errors of the forces of runs that may follow different branches: at least a factor times their largest difference."""
+    runs, found = [own, *others], Statement(by=comparison.by)
+    scales = {"peak_force": abs(own["peak_force"]), "final_force": max(abs(own["peak_force"]), abs(own["final_force"]))}
+    for name in (name for name in scales if name in least):
+        found[name], scale = least[name], scales[name]
+        paths = [path_events(run, run[name.replace("force", "travel")]) for run in runs]
+        if not any(paths) or not scale:
+            continue
+        forces, alike = [run[name] for run in runs], all(_alike(paths[0], path) for path in paths[1:])
+        apart = max(abs(force - forces[0]) for force in forces) / scale
+        found[name] = max((comparison.safety if alike else _BRANCHES) * apart, found[name] or 0.0)
+        if not alike and "other meshes" not in found["by"]:
+            size = shown_range(min(forces), max(forces), "N m" if turns(own) else "N")
+            found["by"] += f"; other meshes snap at other travels: {name.replace('_', ' ')} {size}"
+    return found
+
+
+def _alike(path: Sequence[dict[str, Any]], other: Sequence[dict[str, Any]]) -> bool:
+    """Whether two paths have the same events at about the same travels."""
+    pairs = list(zip(path, other, strict=False))
+    same = all(a["kind"] == b["kind"] and math.isclose(a["travel"], b["travel"], rel_tol=_SAME_TRAVEL) for a, b in pairs)
+    return len(path) == len(other) and same
 
 
 def _of_first_order(own: Solution, other: Solution) -> float:

@@ -9,7 +9,17 @@ from typing import Any
 import numpy as np
 
 from fsm.analyses.analysis import Analysis, RunStep, StatedErrors, States
-from fsm.analyses.comparison import ASK_FOR_ALL, Comparison, Statement, finer_mesh, larger_steps, not_compared, other_meshes
+from fsm.analyses.comparison import (
+    ASK_FOR_ALL,
+    Comparison,
+    Statement,
+    finer_mesh,
+    larger_steps,
+    not_compared,
+    other_meshes,
+    other_segments,
+    path_events,
+)
 from fsm.analyses.deploy_warnings import DEEP, deploy_warnings, unstable_end
 from fsm.analyses.segment_error import SegmentError
 from fsm.case.derived.joint_margin import margin_results
@@ -50,6 +60,8 @@ give the same steps, and no difference."""
 _SAFE = 3.0
 """Factor of the differences of motions with other steps, whose order is irregular."""
 
+_VERBS = {"bifurcation": "has a bifurcation", "motion": "has a motion", "release": "begins with a motion"}
+"""Words on an event of a path by its kind; other kinds are snaps."""
 _LIMITS = "; limit points are interpolated, see them with half of solve.max_step"
 
 
@@ -280,24 +292,17 @@ class Deployment(Analysis):
         """See `Analysis`."""
         iterations = max(statistics.newton_iterations, statistics.steps)
         refused = not_compared(self.case.solve.error_estimates, iterations, self.system.dof)
-        return {"mesh": self._of_mesh(summary, refused), "steps": self._of_steps(solution, statistics, refused)}
+        return {"mesh": self._of_mesh(solution, summary, refused), "steps": self._of_steps(solution, summary, refused)}
 
     def coarsen(self, factor: float, records: int) -> None:
         """See `Analysis`."""
         self._records, self._steps = records, []
         self.system.contacts.coarsen(factor)
 
-    def _of_mesh(self, summary: dict[str, Any], refused: str) -> Statement | Comparison:
+    def _of_mesh(self, solution: Solution, summary: dict[str, Any], refused: str) -> Statement | Comparison:
         """Error due to segments or cells."""
         if self.case.strip is not None:
-            if "mesh_error" not in summary:
-                text = "not estimated: bodies differ between steps, or the first drive goes back"
-                return {"by": f"{text}; compare with another strip.segments_per_panel"}
-            forces = {"peak_force": summary["mesh_error"], "final_force": summary["mesh_error_final"]}
-            by = "bending energy that the segments do not resolve"
-            if None in forces.values():
-                by = "not estimated: no panel bends, or a panel has fewer than four segments"
-            return {"by": by} | {name: error for name, error in forces.items() if error is not None}
+            return self._of_segments(solution, summary, refused)
         if self.scene.facets is None:
             if self.scene.films or self.scene.cables or self.scene.beams:
                 return {"by": "not estimated: compare with more elements of films, cables and beams"}
@@ -309,6 +314,41 @@ class Deployment(Analysis):
             size = "2 and 4 times" if len(coarser) > 1 else "twice"
             return Comparison(f"comparison with cells of {size} the size", coarser, cells=True)
         return Comparison("comparison with cells of half the size", (finer_mesh(self.case),), cells=True)
+
+    def _of_segments(self, solution: Solution, summary: dict[str, Any], refused: str) -> Statement | Comparison:
+        """Error due to the segments of a strip: by the energy that they do not resolve, and after a snap by further runs."""
+        strip, material = self.case.strip, self.case.material
+        # the energy is differentiated with respect to the travel
+        forth = solution.travel.shape[1] and bool(np.all(np.diff(solution.travel[:, 0]) >= 0.0))
+        if strip is None or material is None or not forth or not self._same_throughout:
+            text = "not estimated: bodies differ between steps, or the first drive goes back"
+            return {"by": f"{text}; compare with another strip.segments_per_panel"}
+        error, forces = SegmentError(self.system, strip, material), Statement()
+        peak, final = abs(summary["peak_force"]), abs(summary["final_force"])
+        for of, scale in (("peak", peak), ("final", max(peak, final))):
+            off = error.at(solution, summary[f"{of}_travel"], summary[f"{of}_force"])
+            forces[f"{of}_force"] = None if off is None or not scale else off / scale
+        touches = bool(np.any(solution.pair_force))
+        by = f"bending energy that the segments do not resolve{', contact not included' if touches else ''}"
+        if None in forces.values():
+            by = "not estimated: no panel bends, or a panel has fewer than four segments"
+        snaps = path_events(summary, summary["final_travel"])
+        if not snaps:
+            return {"by": by} | forces
+        first, verb = snaps[0]["travel"], _VERBS.get(snaps[0]["kind"], "snaps")
+        before_peak = bool(path_events(summary, summary["peak_travel"]))
+        side = "before" if first < summary["peak_travel"] else "at" if before_peak else "after"
+        where = f"the path {verb} at {solution.layout.travel_text(first)}, {side} its peak"
+        others = other_segments(self.case)
+        counts = [other.strip.segments_per_panel for other in others if other.strip is not None]
+        if not refused:
+            text = f"comparison with {counts[0]} and {counts[1]} segments per panel, because {where}"
+            return Comparison(text if before_peak else f"{by}; final force: {text}", others, least=forces)
+        more = f"compare with strip.segments_per_panel = {3 * strip.segments_per_panel // 2}"
+        text = f"not estimated: {where}; {more}, or {ASK_FOR_ALL}"
+        if before_peak:
+            return {"by": text, "peak_force": None, "final_force": None}
+        return {"by": f"{by}; final force {text}"} | forces | {"final_force": None}
 
     def _coarser_meshes(self) -> tuple[Case, ...]:
         """Coarser meshes, each with far fewer unknowns than the one before; at most one in a dynamic case."""
@@ -324,12 +364,12 @@ class Deployment(Analysis):
             found, unknowns = (*found, coarser), fewer
         return found
 
-    def _of_steps(self, solution: Solution, statistics: Statistics, refused: str) -> Statement | Comparison:
+    def _of_steps(self, solution: Solution, summary: dict[str, Any], refused: str) -> Statement | Comparison:
         """Error due to steps in time, or due to increments."""
         if not any(step.settings is not None for step in self.steps()):
             return {"by": "none: nothing moves"}
         dynamic = self._dynamic
-        if not dynamic and not statistics.events and not np.any(solution.pair_friction):
+        if not dynamic and not summary["events"] and not np.any(solution.pair_friction):
             arc = any(step.method == "arc-length" for step in self.plan.steps)
             return {"by": f"none: all records are equilibria{_LIMITS if arc else ''}"}
         if not dynamic and self.case.solve.error_estimates == "auto":
@@ -371,7 +411,6 @@ class Deployment(Analysis):
             if solution.travel.shape[1] > 1:
                 summary["drives"] = summarise_drives(curve, solution.layout.drive_names)
             summary["unstable_at_end"] = self._ends_on_path and unstable_end(solution)
-            summary |= self._mesh_errors(solution, statistics, summary)
         looked_at = np.array([point.pair_force for point in statistics.points])
         summary["contact"] = summarise_contacts(solution, looked_at, summary.get("touches", ()))
         if self.case.margin:
@@ -406,22 +445,6 @@ class Deployment(Analysis):
             return {}
         angles = folds.over_time(self.system, solution)[-1].tolist()
         return folded_parts(solution, dict(zip(folds.data.names, angles, strict=True)))
-
-    def _mesh_errors(self, solution: Solution, statistics: Statistics, summary: dict[str, Any]) -> dict[str, float | None]:
-        """Errors of peak and final force due to the segments; the first is relative to the peak, the second to the
-        larger of both forces.
-        """
-        strip, material = self.case.strip, self.case.material
-        # these errors are computed from derivatives with respect to the travel
-        forth = bool(np.all(np.diff(solution.travel[:, 0]) >= 0.0))
-        if strip is None or material is None or not forth or not self._same_throughout:
-            return {}
-        error, found = SegmentError(self.system, strip, material), dict[str, float | None]()
-        peak, final = summary["peak_force"], summary["final_force"]
-        for key, of, scale in (("mesh_error", "peak", abs(peak)), ("mesh_error_final", "final", max(abs(peak), abs(final)))):
-            off = error.at(solution, summary[f"{of}_travel"], summary[f"{of}_force"], statistics.events)
-            found[key] = None if off is None or not scale else off / scale
-        return found
 
     @property
     def _same_throughout(self) -> bool:

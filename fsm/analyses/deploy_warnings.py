@@ -164,8 +164,6 @@ _TORN = 1e-3
 """Separation of the sides of a crease relative to the length of a facet, above which facets cannot follow a motion."""
 DEEP = 0.2
 """Ratio of the penetration of contacts to the largest thickness, above which there is a warning."""
-_COARSE = 0.05
-"""Error of the peak force due to the segments, above which there is a warning."""
 
 
 def deploy_warnings(
@@ -203,7 +201,7 @@ def deploy_warnings(
     arcs = [repr(step.name) for step in plan.steps if step.method == "arc-length"]
     if arcs and scene.friction is not None:
         found.append(f'"arc-length" has no friction: contacts slide without it in {", ".join(arcs)}')
-    found += _coarse(summary) + (_unstable_at_end(solution) if ends_on_path else [])
+    found += _unstable_at_end(solution) if ends_on_path else []
     return found + extrapolation_warnings(solution, scene, system) + (
         [] if plan.written else pull_warnings(solution, summary, structure)
     )
@@ -251,19 +249,6 @@ def _unstable_at_end(solution: Solution) -> list[str]:
         f"the last state is unstable: only friction and dampers prevent a snap from {since} on, "
         "and final_force depends on the speed and on the segments; pull slower, or hold the drive at its end"
     ]
-
-
-def _coarse(summary: dict[str, Any]) -> list[str]:
-    """Warning on forces of the summary with a large error due to the segments."""
-    errors = {name: summary.get(key) for name, key in (("peak_force", "mesh_error"), ("final_force", "mesh_error_final"))}
-    coarse = {name: error for name, error in errors.items() if error is not None and error > _COARSE}
-    if not coarse:
-        return []
-    off = " and ".join(
-        f"{name} has an error of about {100 * error:.2g} %{' of the peak' if name == 'final_force' else ''}"
-        for name, error in coarse.items()
-    )
-    return [f"the segments are coarse: {off}; raise strip.segments_per_panel"]
 
 
 def _crossed(crossings: list[tuple[int, int, float]], solution: Solution) -> list[str]:

@@ -13,7 +13,6 @@ with friction, the relative error is twice the ratio of e to the bending energy.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,7 +26,6 @@ from fsm.model.system.system import SegmentSystem
 from fsm.results.solution import Solution
 from fsm.solve.equations.linear import LinearSolver
 from fsm.solve.equations.newton import negative_pivots
-from fsm.solve.outcome.status import Event
 
 _FACTOR = 2.0
 """Ratio of the stated error of the force to its first-order estimate."""
@@ -85,16 +83,13 @@ class SegmentError:
             for one in alike.values()
         ]
 
-    def at(self, solution: Solution, travel: float, force: float, events: Sequence[Event] = ()) -> float | None:
+    def at(self, solution: Solution, travel: float, force: float) -> float | None:
         """Error of the force at a travel of the first drive, N; None without bending panels.
 
         Parameters
         ----------
         solution : Solution
         travel, force : m, N
-        events : of the run
-            With friction, a snap may occur earlier or later on another mesh, so the change of force at the last snap
-            is included.
         """
         travels = solution.travel[:, 0]
         record = int(np.argmin(np.abs(travels - travel)))
@@ -104,12 +99,9 @@ class SegmentError:
         part = self.unresolved(q).part
         if part is None:
             return None
-        if not np.any(solution.pair_friction[record]):
-            change = self._change(float(solution.time[record]), q)
-            return _FACTOR * (part * abs(force) if change is None else abs(change))
-        snaps = [event for event in events if event.travel < travel]
-        jump = snaps[-1].end_force - snaps[-1].force if snaps else 0.0
-        return _FACTOR * part * abs(force) + abs(jump)
+        friction = np.any(solution.pair_friction[record])
+        change = None if friction else self._change(float(solution.time[record]), q)
+        return _FACTOR * (part * abs(force) if change is None else abs(change))
 
     def unresolved(self, q: np.ndarray) -> Unresolved:
         """Energy that the segments do not resolve at a configuration.

@@ -228,7 +228,7 @@ class RecordedSolve:
             try:
                 others = [self._further_run(case, stated, bar, cause) for case in stated.cases]
             except (FsmError, OSError) as error:  # the results of the run itself remain valid
-                found[cause] = {"by": f"not estimated: the {stated.by} failed: {error}"}
+                found[cause] = {"by": f"not estimated: the {stated.by} failed: {error}"} | dict.fromkeys(stated.least or ())
                 continue
             found[cause] = compared(stated, (solution, summary), others)
         return found

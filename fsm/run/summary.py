@@ -26,7 +26,7 @@ from fsm.text.load_names import load_units
 from fsm.text.shown_units import count, shown_unit, travel_text
 
 _COARSE, _LATE = 0.05, 0.02
-"""Errors due to the mesh of facets, and errors of positions due to steps, above which there is a warning."""
+"""Errors due to cells and segments, and errors of positions due to steps, above which there is a warning."""
 _MANY, _COSTLY = 30000, 2.0
 """Iterations, and ratio of times, above which there is a warning on steps in Python; they then take over 10 s longer."""
 _LISTED_EVENTS = 6
@@ -129,11 +129,13 @@ def state_errors(summary: dict[str, Any], errors: dict[str, Statement]) -> None:
     ):  # fmt: skip
         if name in of:
             summary.setdefault(key, of[name])
-    if "positions" in mesh:  # errors of strips and films have their own warnings
-        coarse = [pair for pair in largest_errors(mesh) if pair[1] > _COARSE and "along" not in pair[0]]
-        large = [f"{name}: error about {100.0 * error:.2g} %" for name, error in coarse]
-        if large:
-            summary["warnings"].append(f"the mesh of the facets is coarse: {', '.join(large)}; give smaller cells")
+    coarse = [pair for pair in largest_errors(mesh) if pair[1] > _COARSE and "along" not in pair[0]]
+    large = ", ".join(f"{name}: error about {100.0 * error:.2g} %" for name, error in coarse)
+    if large and "positions" in mesh:  # errors of films have their own warnings
+        summary["warnings"].append(f"the mesh of the facets is coarse: {large}; give smaller cells")
+    elif large and "segments" in mesh["by"]:
+        cause = "snaps depend on the segments" if "snaps" in mesh["by"] else "the segments are coarse"
+        summary["warnings"].append(f"{cause}: {large}; raise strip.segments_per_panel")
     late = [
         f"{name} have an error of about {100.0 * error:.2g} % of the largest displacement"
         for name, error in largest_errors(steps)

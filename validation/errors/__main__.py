@@ -8,10 +8,10 @@ import time
 
 import numpy as np
 
-from validation.errors import facets, films, motions, rigid
+from validation.errors import facets, films, motions, rigid, strips
 from validation.errors.coverage import Number, table
 
-KINDS = films.KINDS | facets.KINDS | motions.KINDS | rigid.KINDS
+KINDS = films.KINDS | facets.KINDS | motions.KINDS | rigid.KINDS | strips.KINDS
 
 
 def main() -> None:

@@ -29,13 +29,16 @@ def _run(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> Solution:
         return read_solution(Path(folder) / "out" / "result.h5")
 
 
-def numbers(tables: Mapping[str, Any], cause: str, finer: Mapping[str, Any]) -> Iterator[Number]:
+def numbers(tables: Mapping[str, Any], cause: str, finer: Mapping[str, Any], snaps: bool = False) -> Iterator[Number]:
     """Errors of one cause that the run of a case states, with the differences from the same case with changed keys.
 
-    Cases that cannot be solved give no number. A statement "none: ..." says that all errors are zero.
+    Cases that cannot be solved give no number, and with `snaps` cases whose path has no event. A statement "none: ..." says
+    that all errors are zero.
     """
     try:
         own = _run(tables, {"solve.error_estimates": "all"})
+        if snaps and not own.summary["events"]:
+            return
         reference = _run(tables, {"solve.error_estimates": "off", **finer})
     except (NotConverged, EnergyAbort):
         return

@@ -83,9 +83,10 @@ class Solve(Model):
         shown="error control"
     )  # fmt: skip
     error_estimates: Literal["auto", "all", "off"] = Key(
-        "further runs of the case that show the errors due to cells of facets and to steps in time "
-        '([Errors](errors.md)). "auto": if the run is short and no static path with friction or snaps, and in motions of a '
-        '`[scene]` with impacts; "all": always; "off": never. One setting for the whole case', default="auto",
+        "further runs of the case that show the errors due to cells of facets, to segments of a strip whose path snaps, and "
+        'to steps in time ([Errors](errors.md)). "auto": if the run is short, for steps only if it is no static path with '
+        'friction or snaps, and in motions of a `[scene]` with impacts; "all": always; "off": never. One setting for the '
+        "whole case, also in tables and studies", default="auto",
     )  # fmt: skip
 
 

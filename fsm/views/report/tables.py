@@ -146,6 +146,7 @@ def _error_rows(summary: dict[str, Any]) -> list[list[str]]:
         value = summary.get(key)
         if isinstance(value, int | float) and math.isfinite(value):
             rows.append([label, f"{100.0 * value:.3g} % ({text})"])
+    rows += [[f"errors due to {cause}", stated["by"]] for cause, stated in summary.get("errors", {}).items()]
     return rows or [["error estimates", "none for this kind of run"]]
 
 
