@@ -51,8 +51,8 @@ class Arrays(NamedTuple):
     numbers : (6,) array
         Stiffness of the oscillators of held coordinates; damping by mass, 1/s; 1 if forces depend on rates, else 0; present
         time, s. In a quasi-static step the fifth one is its duration (s): folds and bars then have the mean rate since the
-        state `last`. Else it is zero. The last one is positive while the dampers of elements act at the state `halfway`, and 2 when
-        their tangents there are known.
+        state `last`. Else it is zero. The last one is 1 while the dampers of elements act at the state `halfway`, and 2
+        once their tangents there are known; else it is zero.
     forcings : (n_loads, n) array
         Forces at the factor 1.
     sizes : (n_motions,) array

@@ -314,16 +314,16 @@ def _place_forces(constants: np.ndarray, w: np.ndarray, out: np.ndarray) -> None
             out[(by_first + 4) * LANES + k], out[(by_first + 5) * LANES + k] = m1 * n1, m1 * n2
             out[(by_first + 6) * LANES + k], out[(by_first + 7) * LANES + k] = m2 * n0, m2 * n1
             out[(by_first + 8) * LANES + k] = m2 * n2
-    work = out[_WORK * LANES :]
     for i in range(9):
-        force, c = out[(_FORCE + 3 * i) * LANES :], constants[(ROWS + i) * LANES :]
+        f = _FORCE + 3 * i
         for k in range(LANES):
-            x, y, z = force[k], force[LANES + k], force[2 * LANES + k]
+            x, y, z = out[f * LANES + k], out[(f + 1) * LANES + k], out[(f + 2) * LANES + k]
             for r in range(SLOPE_ROWS):
-                x += c[9 * r * LANES + k] * work[3 * r * LANES + k]
-                y += c[9 * r * LANES + k] * work[(3 * r + 1) * LANES + k]
-                z += c[9 * r * LANES + k] * work[(3 * r + 2) * LANES + k]
-            force[k], force[LANES + k], force[2 * LANES + k] = x, y, z
+                c = constants[(ROWS + 9 * r + i) * LANES + k]
+                x += c * out[(_WORK + 3 * r) * LANES + k]
+                y += c * out[(_WORK + 3 * r + 1) * LANES + k]
+                z += c * out[(_WORK + 3 * r + 2) * LANES + k]
+            out[f * LANES + k], out[(f + 1) * LANES + k], out[(f + 2) * LANES + k] = x, y, z
 
 
 @kernel
