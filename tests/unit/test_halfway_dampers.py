@@ -18,8 +18,10 @@ from fsm.model.nodes.beams.bars import BarMaterial, BarMesh
 from fsm.model.nodes.beams.hinge import HingeGroup
 from fsm.model.nodes.cable import CableGroup
 from fsm.model.nodes.mesh import Mesh, node_pattern
+from fsm.model.nodes.system.array_kernels import KERNELS
 from fsm.model.nodes.system.build import MeshBuilder
 from fsm.model.nodes.system.system import AncfSystem
+from fsm.solve.equations.linear import LinearSolver
 from fsm.solve.time.mean_force import MeanForce
 from tests.physics.test_flexible_joints import film as film_of
 from tests.physics.test_frames_on_sheets import zigzag
@@ -186,6 +188,28 @@ def test_the_tangent_of_a_step_is_the_derivative_of_its_mean_force(kind: str) ->
         one, two = (mean_force(system, h, q, x + side * change)[0] for side in (0.5, -0.5))
         wanted = tangent @ change
         assert one - two == pytest.approx(-wanted, abs=2e-7 * np.abs(wanted).max())
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_compiled_tangents_at_both_points_have_the_dampers_of_their_step(kind: str) -> None:
+    """Kernels compute the tangents of dampers once in a step."""
+    system, h = KINDS[kind](), 1e-2
+    model = system.arrays(LinearSolver().ready)
+    assert model is not None
+    arrays, vector = model.arrays, np.random.default_rng(8).normal(size=system.nu)
+    for seed in (6, 7):
+        q, x = deformed(system, seed)
+        system.halfway(0.0, h, q, x)
+        assert KERNELS.halfway(arrays, 0.0, h, q, x)
+        for part in _GAUSS:
+            state = part * h, q + part * x, x / h
+            force, expected = KERNELS.renewed_force(arrays, *state), system.linearise(*state)
+            assert np.abs(force - expected.force).max() < 1e-11 * np.abs(expected.force).max()
+            for times, matrix in ((KERNELS.stiffness_times, expected.stiffness), (KERNELS.damping_times, expected.damping)):
+                exact = matrix.bsr() @ vector
+                assert np.abs(times(arrays, vector) - exact).max() < 1e-11 * np.abs(exact).max()
+        system.halfway(0.0, 0.0, q, x)
+        KERNELS.halfway(arrays, 0.0, 0.0, q, x)
 
 
 @pytest.mark.parametrize("build", [cable, film, KINDS["bars"]], ids=["cable", "film", "bars"])

@@ -429,7 +429,7 @@ class JoinedSystem(JoinedConfiguration):
         if self._large is None:
             facets = any(isinstance(group, FacetGroup) for group in self.elements.mesh.groups)
             pattern = self._pattern_of(self._first_pattern()).pattern if facets else None
-            self._large = pattern is not None and ready(pattern)[0].fronts_are_faster(pattern.size)
+            self._large = pattern is not None and ready(pattern)[0].large(pattern.size)
         return ("statics of so many flexible facets are faster with dense fronts",) if self._large else ()
 
     def to_arrays(self, resolve: bool) -> None:

@@ -51,7 +51,8 @@ class Arrays(NamedTuple):
     numbers : (6,) array
         Stiffness of the oscillators of held coordinates; damping by mass, 1/s; 1 if forces depend on rates, else 0; present
         time, s. In a quasi-static step the fifth one is its duration (s): folds and bars then have the mean rate since the
-        state `last`. Else it is zero. The last one is 1 while the dampers of elements act at the state `halfway`.
+        state `last`. Else it is zero. The last one is 1 while the dampers of elements act at the state `halfway`, and 2
+        once their tangents there are known; else it is zero.
     forcings : (n_loads, n) array
         Forces at the factor 1.
     sizes : (n_motions,) array
@@ -63,7 +64,7 @@ class Arrays(NamedTuple):
     last, last_time : coordinates and (1,) time at the end of the last step
     kept_stiffness, kept_damping : block data, see `fsm.solve.stepping.model.keep_tangent`
     halfway, halfway_rates : coordinates half-way in a step of the mean-force method, and their rates
-    dampers : forces of the dampers of elements there
+    dampers, damper_stiffness, damper_damping : forces and tangents of the dampers of elements there
     damped : (n_groups,) int array
         1 for groups whose forces depend on rates.
     rows, full_rows : `mass` and `full_mass`, stored by rows
@@ -96,6 +97,8 @@ class Arrays(NamedTuple):
     halfway: np.ndarray
     halfway_rates: np.ndarray
     dampers: np.ndarray
+    damper_stiffness: np.ndarray
+    damper_damping: np.ndarray
     damped: np.ndarray
     rows: Rows
     full_rows: Rows
@@ -148,8 +151,8 @@ then an increment.
 (
     Q, U, FORCE, START, FIXED, WEIGHT, STIFFNESS, DAMPING, MATRIX, MASS, FULL_MASS, FACTORS, MASS_FACTORS, NUMBERS,
     FORCINGS, SIZES, KINDS, CLEARED, DIAGONAL, LAST, LAST_TIME, KEPT_STIFFNESS, KEPT_DAMPING,
-    HALFWAY, HALFWAY_RATES, DAMPER_FORCE, DAMPED_GROUPS, _MASS_ROWS,
-) = range(28)  # fmt: skip
+    HALFWAY, HALFWAY_RATES, DAMPER_FORCE, DAMPER_STIFFNESS, DAMPER_DAMPING, DAMPED_GROUPS, _MASS_ROWS,
+) = range(30)  # fmt: skip
 """Rows of `Coordinates.table`."""
 _FULL_ROWS = _MASS_ROWS + len(Rows._fields)
 _PROGRAMS = _FULL_ROWS + len(Rows._fields)

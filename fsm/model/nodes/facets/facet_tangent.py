@@ -18,7 +18,7 @@ from fsm.model.nodes.facets.facet_tension import relax_moduli
 
 _CURVATURES, _GRADIENTS, _SQUARE = 15, 24 * 27, 27 * 27
 """First row of curvatures in G, and numbers of entries of G and of a tangent."""
-_NORMALS, _ON_N, _ON_REST, _SLOPES, _ACROSS, _BENT, _HALF, _SCRATCH = 0, 18, 24, 30, 66, 84, 93, 255
+_NORMALS, _ON_N, _ON_REST, _SLOPES, _ACROSS, _BENT, _HALF, _BENDING, _SCRATCH = 0, 18, 24, 30, 66, 84, 93, 255, 259
 """First rows of the scratch of the second derivatives of curvatures, and their number."""
 
 
@@ -134,73 +134,63 @@ def _place_curvature_rates(constants: np.ndarray, w: np.ndarray, v: np.ndarray, 
 
 
 @kernel(inline=True)
-def _of_corner(column: int) -> tuple[int, int]:
-    """Two rows of corner strains in a column of G; -1 in the columns of positions."""
-    node, vector = column // 9, column % 9 // 3
-    return (2 + vector + 3 * node if vector > 0 else -1), 5 + 3 * node
+def _add_products(x: np.ndarray, per_row: int, y: np.ndarray, out: np.ndarray) -> None:
+    """Add X^T Y of three rows of three columns. Rows of X have `per_row` columns, those of Y and of the result 27.
+
+    The arrays begin at the first entries: with constant offsets, the compiler knows that no index is negative, and computes
+    several lanes at once.
+    """
+    for k in range(LANES):
+        t00, t01, t02 = out[k], out[LANES + k], out[2 * LANES + k]
+        t10, t11, t12 = out[27 * LANES + k], out[28 * LANES + k], out[29 * LANES + k]
+        t20, t21, t22 = out[54 * LANES + k], out[55 * LANES + k], out[56 * LANES + k]
+        for r in range(3):
+            x0, x1, x2 = _vector(x, per_row * r, k)
+            y0, y1, y2 = _vector(y, 27 * r, k)
+            t00, t01, t02 = t00 + x0 * y0, t01 + x0 * y1, t02 + x0 * y2
+            t10, t11, t12 = t10 + x1 * y0, t11 + x1 * y1, t12 + x1 * y2
+            t20, t21, t22 = t20 + x2 * y0, t21 + x2 * y1, t22 + x2 * y2
+        _put(out, 0, k, t00, t01, t02)
+        _put(out, 27, k, t10, t11, t12)
+        _put(out, 54, k, t20, t21, t22)
 
 
 @kernel
 def _weigh(moduli: np.ndarray, first: int, g: np.ndarray, out: np.ndarray) -> None:
-    """Write the rows of strains of C G, with moduli from a row on."""
-    for column in range(27):
-        one, two = _of_corner(column)
-        for i in range(15):
-            at, row = 27 * i + column, first + 15 * i
-            for k in range(LANES):
-                total = 0.0
-                for j in range(3):
-                    total += moduli[(row + j) * LANES + k] * g[(27 * j + column) * LANES + k]
-                    total += moduli[(row + 12 + j) * LANES + k] * g[(27 * (12 + j) + column) * LANES + k]
-                out[at * LANES + k] = total
-            if one >= 0:
-                for k in range(LANES):
-                    out[at * LANES + k] += (
-                        moduli[(row + one) * LANES + k] * g[(27 * one + column) * LANES + k]
-                        + moduli[(row + two) * LANES + k] * g[(27 * two + column) * LANES + k]
+    """Write the rows of strains of C G, with symmetric moduli from a row on."""
+    out[: 15 * 27 * LANES] = 0.0
+    for i in range(0, 15, 3):
+        for v in range(9):
+            for j in range(0, 15, 3):
+                if j in (0, 12) or (j == v // 3 * 3 + 3 and v % 3 > 0):
+                    _add_products(
+                        moduli[(first + 15 * j + i) * LANES :], 15, g[(27 * j + 3 * v) * LANES :],
+                        out[(27 * i + 3 * v) * LANES :],
                     )  # fmt: skip
 
 
 @kernel
 def _weigh_curvatures(constants: np.ndarray, g: np.ndarray, out: np.ndarray) -> None:
     """Write the rows of curvatures of C G."""
-    for point in range(3):
-        for i in range(3):
-            row, first = BEND_MODULI + 3 * i, 27 * (_CURVATURES + 3 * point)
-            for column in range(27):
-                for k in range(LANES):
-                    out[(first + 27 * i + column) * LANES + k] = (
-                        constants[row * LANES + k] * g[(first + column) * LANES + k]
-                        + constants[(row + 1) * LANES + k] * g[(first + 27 + column) * LANES + k]
-                        + constants[(row + 2) * LANES + k] * g[(first + 54 + column) * LANES + k]
-                    )  # fmt: skip
+    out[27 * _CURVATURES * LANES :] = 0.0
+    for row in range(_CURVATURES, 24, 3):
+        for v in range(9):
+            at = (27 * row + 3 * v) * LANES
+            _add_products(constants[BEND_MODULI * LANES :], 3, g[at:], out[at:])
 
 
 @kernel
 def _multiply(g: np.ndarray, weighed: np.ndarray, curved: bool, upper: bool, out: np.ndarray) -> None:
-    """Write G^T (C G), with or without the rows of curvatures, the whole matrix or its upper triangle."""
-    for i in range(27):
-        one, two = _of_corner(i)
-        for j in range(i if upper else 0, 27):
-            at = 27 * i + j
-            for k in range(LANES):
-                total = 0.0
-                for r in range(3):
-                    total += g[(27 * r + i) * LANES + k] * weighed[(27 * r + j) * LANES + k]
-                    total += g[(27 * (12 + r) + i) * LANES + k] * weighed[(27 * (12 + r) + j) * LANES + k]
-                out[at * LANES + k] = total
-            if one >= 0:
-                for k in range(LANES):
-                    out[at * LANES + k] += (
-                        g[(27 * one + i) * LANES + k] * weighed[(27 * one + j) * LANES + k]
-                        + g[(27 * two + i) * LANES + k] * weighed[(27 * two + j) * LANES + k]
+    """Write G^T (C G), with or without the rows of curvatures, the whole matrix or its blocks from the diagonal on."""
+    out[:] = 0.0
+    for v in range(9):
+        for u in range(v if upper else 0, 9):
+            for row in range(0, 24 if curved else 15, 3):
+                if row in (0, 12) or row >= _CURVATURES or (row == v // 3 * 3 + 3 and v % 3 > 0):
+                    _add_products(
+                        g[(27 * row + 3 * v) * LANES :], 27, weighed[(27 * row + 3 * u) * LANES :],
+                        out[(81 * v + 3 * u) * LANES :],
                     )  # fmt: skip
-            if curved:
-                for k in range(LANES):
-                    total = 0.0
-                    for r in range(_CURVATURES, 24):
-                        total += g[(27 * r + i) * LANES + k] * weighed[(27 * r + j) * LANES + k]
-                    out[at * LANES + k] += total
 
 
 @kernel
@@ -236,7 +226,7 @@ def _add_second_curvatures(
 ) -> None:
     """Add the second derivatives of moments times curvatures to an upper triangle; see `fsm.model.nodes.curvature`. `t` is
     scratch: dn (3 x 6), N . dn, P r_ij . dn, half of the second derivatives by two slopes (6 x 6), those by a slope and
-    m . r_ij, m . r_ij from the nodal vectors, and half of the matrix by slopes (6 x 27).
+    m . r_ij, m . r_ij from the nodal vectors, half of the matrix by slopes (6 x 27), m . r_ij and n . m . r_ij.
     """
     for point in range(3):
         x, y, n, m = SLOPES + 9 * point + 3, SLOPES + 27 + 3 * point, NORMALS + 4 * point, MOMENTS + 3 * point
@@ -250,45 +240,37 @@ def _add_second_curvatures(
             _put(t, _NORMALS + 9, k, x2, 0.0, -x0)
             _put(t, _NORMALS + 12, k, y1, -y0, 0.0)
             _put(t, _NORMALS + 15, k, -x1, x0, 0.0)
-        for i in range(6):
-            for k in range(LANES):
-                n0, n1, n2 = _vector(w, n, k)
-                m0, m1, m2 = _vector(efforts, m, k)
-                d0, d1 = t[(_NORMALS + i) * LANES + k], t[(_NORMALS + 6 + i) * LANES + k]
-                d2, per_size = t[(_NORMALS + 12 + i) * LANES + k], w[(n + 3) * LANES + k]
-                s0 = m0 * w[bent * LANES + k] + m1 * w[(bent + 3) * LANES + k] + m2 * w[(bent + 6) * LANES + k]
-                s1 = m0 * w[(bent + 1) * LANES + k] + m1 * w[(bent + 4) * LANES + k] + m2 * w[(bent + 7) * LANES + k]
-                s2 = m0 * w[(bent + 2) * LANES + k] + m1 * w[(bent + 5) * LANES + k] + m2 * w[(bent + 8) * LANES + k]
-                along, on_n = n0 * s0 + n1 * s1 + n2 * s2, n0 * d0 + n1 * d1 + n2 * d2
-                t[(_ON_N + i) * LANES + k] = on_n
-                t[(_ON_REST + i) * LANES + k] = s0 * d0 + s1 * d1 + s2 * d2 - along * on_n
-                d0, d1, d2 = (d0 - on_n * n0) * per_size, (d1 - on_n * n1) * per_size, (d2 - on_n * n2) * per_size
-                _put(t, _ACROSS + 3 * i, k, d0, d1, d2)
-        for i in range(6):
-            for j in range(6):
-                for k in range(LANES):
-                    n0, n1, n2 = _vector(w, n, k)
-                    m0, m1, m2 = _vector(efforts, m, k)
-                    s0 = m0 * w[bent * LANES + k] + m1 * w[(bent + 3) * LANES + k] + m2 * w[(bent + 6) * LANES + k]
-                    s1 = m0 * w[(bent + 1) * LANES + k] + m1 * w[(bent + 4) * LANES + k] + m2 * w[(bent + 7) * LANES + k]
-                    s2 = m0 * w[(bent + 2) * LANES + k] + m1 * w[(bent + 5) * LANES + k] + m2 * w[(bent + 8) * LANES + k]
-                    along, per_size = n0 * s0 + n1 * s1 + n2 * s2, w[(n + 3) * LANES + k]
-                    p, q = t[(_ON_N + i) * LANES + k], t[(_ON_N + j) * LANES + k]
-                    plane = (
-                        t[(_NORMALS + i) * LANES + k] * t[(_NORMALS + j) * LANES + k]
-                        + t[(_NORMALS + 6 + i) * LANES + k] * t[(_NORMALS + 6 + j) * LANES + k]
-                        + t[(_NORMALS + 12 + i) * LANES + k] * t[(_NORMALS + 12 + j) * LANES + k]
-                    ) - p * q  # fmt: skip
-                    both = p * t[(_ON_REST + j) * LANES + k] + t[(_ON_REST + i) * LANES + k] * q
-                    t[(_SLOPES + 6 * i + j) * LANES + k] = -0.5 * per_size * per_size * (both + along * plane)
-        for k in range(LANES):  # c . (dr_X x dr_Y) in both orders
-            n0, n1, n2 = _vector(w, n, k)
             m0, m1, m2 = _vector(efforts, m, k)
-            half = 0.5 * w[(n + 3) * LANES + k]
+            n0, n1, n2 = _vector(w, n, k)
             s0 = m0 * w[bent * LANES + k] + m1 * w[(bent + 3) * LANES + k] + m2 * w[(bent + 6) * LANES + k]
             s1 = m0 * w[(bent + 1) * LANES + k] + m1 * w[(bent + 4) * LANES + k] + m2 * w[(bent + 7) * LANES + k]
             s2 = m0 * w[(bent + 2) * LANES + k] + m1 * w[(bent + 5) * LANES + k] + m2 * w[(bent + 8) * LANES + k]
-            along = n0 * s0 + n1 * s1 + n2 * s2
+            _put(t, _BENDING, k, s0, s1, s2)
+            t[(_BENDING + 3) * LANES + k] = n0 * s0 + n1 * s1 + n2 * s2
+        for i in range(6):
+            d, on, across = t[(_NORMALS + i) * LANES :], t[(_ON_N + i) * LANES :], t[(_ACROSS + 3 * i) * LANES :]
+            for k in range(LANES):
+                n0, n1, n2 = _vector(w, n, k)
+                s0, s1, s2 = _vector(t, _BENDING, k)
+                d0, d1, d2, per_size = d[k], d[6 * LANES + k], d[12 * LANES + k], w[(n + 3) * LANES + k]
+                on_n = n0 * d0 + n1 * d1 + n2 * d2
+                on[k] = on_n
+                on[6 * LANES + k] = s0 * d0 + s1 * d1 + s2 * d2 - t[(_BENDING + 3) * LANES + k] * on_n
+                d0, d1, d2 = (d0 - on_n * n0) * per_size, (d1 - on_n * n1) * per_size, (d2 - on_n * n2) * per_size
+                _put(across, 0, k, d0, d1, d2)
+        for i in range(6):
+            di, on_i = t[(_NORMALS + i) * LANES :], t[(_ON_N + i) * LANES :]
+            for j in range(6):
+                dj, on_j, to = t[(_NORMALS + j) * LANES :], t[(_ON_N + j) * LANES :], t[(_SLOPES + 6 * i + j) * LANES :]
+                for k in range(LANES):
+                    per_size, six, twelve = w[(n + 3) * LANES + k], 6 * LANES + k, 12 * LANES + k
+                    plane = di[k] * dj[k] + di[six] * dj[six] + di[twelve] * dj[twelve] - on_i[k] * on_j[k]
+                    both = on_i[k] * on_j[six] + on_i[six] * on_j[k]
+                    to[k] = -0.5 * per_size * per_size * (both + t[(_BENDING + 3) * LANES + k] * plane)
+        for k in range(LANES):  # c . (dr_X x dr_Y) in both orders
+            n0, n1, n2 = _vector(w, n, k)
+            s0, s1, s2 = _vector(t, _BENDING, k)
+            half, along = 0.5 * w[(n + 3) * LANES + k], t[(_BENDING + 3) * LANES + k]
             c0, c1, c2 = (s0 - along * n0) * half, (s1 - along * n1) * half, (s2 - along * n2) * half
             t[(_SLOPES + 4) * LANES + k] += c2
             t[(_SLOPES + 5) * LANES + k] -= c1
@@ -311,25 +293,26 @@ def _add_second_curvatures(
                     + m2 * constants[(row + 18) * LANES + k]
                 )  # fmt: skip
         for i in range(6):
+            slope, across = t[(_SLOPES + 6 * i) * LANES :], t[(_ACROSS + 3 * i) * LANES :]
             for v in range(9):
-                for a in range(3):
-                    for k in range(LANES):
-                        t[(_HALF + 27 * i + 3 * v + a) * LANES + k] = (
-                            t[(_SLOPES + 6 * i + a) * LANES + k] * constants[(rx + v) * LANES + k]
-                            + t[(_SLOPES + 6 * i + 3 + a) * LANES + k] * constants[(ry + v) * LANES + k]
-                            + t[(_ACROSS + 3 * i + a) * LANES + k] * t[(_BENT + v) * LANES + k]
-                        )  # fmt: skip
-        for i in range(27):
-            for j in range(i, 27):
-                v, u, one, two = i // 3, j // 3, _HALF + 27 * (i % 3), _HALF + 27 * (j % 3)
+                half, bent_v = t[(_HALF + 27 * i + 3 * v) * LANES :], t[(_BENT + v) * LANES :]
                 for k in range(LANES):
-                    out[(27 * i + j) * LANES + k] += (
-                        constants[(rx + v) * LANES + k] * t[(one + j) * LANES + k]
-                        + constants[(ry + v) * LANES + k] * t[(one + 81 + j) * LANES + k]
-                    ) + (
-                        constants[(rx + u) * LANES + k] * t[(two + i) * LANES + k]
-                        + constants[(ry + u) * LANES + k] * t[(two + 81 + i) * LANES + k]
-                    )  # fmt: skip
+                    cx, cy, cb = constants[(rx + v) * LANES + k], constants[(ry + v) * LANES + k], bent_v[k]
+                    for a in range(3):
+                        at = a * LANES + k
+                        half[at] = slope[at] * cx + slope[3 * LANES + at] * cy + across[at] * cb
+        for v in range(9):
+            xv, yv, two = constants[(rx + v) * LANES :], constants[(ry + v) * LANES :], t[(_HALF + 3 * v) * LANES :]
+            for u in range(v, 9):
+                xu, yu, one = constants[(rx + u) * LANES :], constants[(ry + u) * LANES :], t[(_HALF + 3 * u) * LANES :]
+                to = out[(81 * v + 3 * u) * LANES :]
+                for k in range(LANES):
+                    for a in range(3):
+                        for b in range(3):
+                            at, other = (27 * a + b) * LANES + k, (27 * b + a) * LANES + k
+                            to[at] += (xv[k] * one[at] + yv[k] * one[81 * LANES + at]) + (
+                                xu[k] * two[other] + yu[k] * two[81 * LANES + other]
+                            )
 
 
 @kernel
@@ -353,6 +336,35 @@ def _add_flat(bending: np.ndarray, out: np.ndarray) -> None:
             for a in range(3):
                 for k in range(LANES):
                     out[(27 * (3 * i + a) + 3 * j + a) * LANES + k] += bending[(9 * i + j) * LANES + k]
+
+
+@kernel
+def _scatter(square: np.ndarray, upper: bool, factor: float, slots: np.ndarray, size: int, out: np.ndarray) -> None:
+    """Add the matrices of a pack times a factor to flat block data at the slots (m, 9, 9); from the `upper` triangles, whose
+    mirror images make the sums symmetric to the last bit, or from transposed whole matrices.
+    """
+    if upper:
+        for v in range(9):
+            block = square[84 * v * LANES :]
+            for k in range(LANES):
+                block[27 * LANES + k], block[54 * LANES + k] = block[LANES + k], block[2 * LANES + k]
+                block[55 * LANES + k] = block[29 * LANES + k]
+    for k in range(slots.shape[0]):
+        for v in range(9):
+            for u in range(9):
+                to = out[slots[k, v, u] :]
+                if upper and u >= v:
+                    _add_block(square[(81 * v + 3 * u) * LANES + k :], 27, 1, factor, size, to)
+                else:
+                    _add_block(square[(81 * u + 3 * v) * LANES + k :], 1, 27, factor, size, to)
+
+
+@kernel(inline=True)
+def _add_block(block: np.ndarray, by_row: int, by_column: int, factor: float, size: int, out: np.ndarray) -> None:
+    """Add a block of one triangle times a factor; the distances of its entries are given."""
+    for a in range(3):
+        for b in range(3):
+            out[a * size + b] += factor * block[(by_row * a + by_column * b) * LANES]
 
 
 @kernel
@@ -420,14 +432,9 @@ def add_facet_tangent(
             _add_flat(facets.bending[pack], h)
         if damped or not flat:
             _add_second_curvatures(constants, w, efforts, scratch, h)
-        # the upper triangle stands for both, so the symmetric parts are symmetric to the last bit
-        for k in range(count):
-            for i in range(27):
-                for j in range(27):
-                    slot = slots[pack * LANES + k, i // 3, j // 3] + i % 3 * size + j % 3
-                    at = (27 * min(i, j) + max(i, j)) * LANES + k
-                    stiffness[slot] += h[at]
-                    if damped:
-                        into_damping[slot] += tau * d[at]
-                    if moving:
-                        stiffness[slot] += tau * further[(27 * j + i) * LANES + k]
+        own = slots[pack * LANES : pack * LANES + count]
+        _scatter(h, True, 1.0, own, size, stiffness)
+        if damped:
+            _scatter(d, True, tau, own, size, into_damping)
+        if moving:
+            _scatter(further, False, tau, own, size, stiffness)

@@ -74,7 +74,7 @@ def _add_loads(table: np.ndarray, t: float, moving: float) -> None:
 @kernel
 def _apart(table: np.ndarray, moving: float) -> bool:
     """Whether the dampers of elements act at the state half-way in the step."""
-    return bool(moving == at.IN_MOTION and floats_1d(table, at.NUMBERS)[at.APART] == 1.0)
+    return bool(moving == at.IN_MOTION and floats_1d(table, at.NUMBERS)[at.APART] > 0.0)
 
 
 @kernel
@@ -141,9 +141,7 @@ def sum_forces(model: Coordinates, t: float, moving: float) -> None:
         number = at.UNDAMPED if apart and damped[k] == 1 else moving
         call_at(model.kernels[k, at.FORCE_AT], model.table, model.tables[k], number)
     if apart:
-        dampers = floats_1d(model.table, at.DAMPER_FORCE)
-        for i in range(total.shape[0]):
-            total[i] += dampers[i]
+        _add_array(floats_1d(model.table, at.DAMPER_FORCE), total)
     _add_loads(model.table, t, moving)
 
 
@@ -185,6 +183,30 @@ def hold(table: np.ndarray) -> None:
 
 
 @kernel
+def _add_dampers(model: Coordinates) -> None:
+    """Add the forces and tangents of dampers half-way in the step; both Gauss points of a step share them."""
+    table, numbers = model.table, floats_1d(model.table, at.NUMBERS)
+    if numbers[at.APART] == 1.0:
+        there = table_halfway(table)
+        there[at.FORCE], there[at.STIFFNESS] = table[at.DAMPER_FORCE], table[at.DAMPER_STIFFNESS]
+        there[at.DAMPING] = table[at.DAMPER_DAMPING]
+        floats_1d(there, at.FORCE)[:] = 0.0
+        floats_3d(there, at.STIFFNESS)[:] = 0.0
+        floats_3d(there, at.DAMPING)[:] = 0.0
+        _call_dampers(model, at.TANGENT_AT, at.DAMPERS, there)
+        numbers[at.APART] = 2.0
+    _add_array(floats_1d(table, at.DAMPER_FORCE), floats_1d(table, at.FORCE))
+    _add_array(floats_3d(table, at.DAMPER_STIFFNESS).reshape(-1), floats_3d(table, at.STIFFNESS).reshape(-1))
+    _add_array(floats_3d(table, at.DAMPER_DAMPING).reshape(-1), floats_3d(table, at.DAMPING).reshape(-1))
+
+
+@kernel
+def _add_array(values: np.ndarray, out: np.ndarray) -> None:
+    for i in range(out.shape[0]):
+        out[i] += values[i]
+
+
+@kernel
 def sum_tangents(model: Coordinates, t: float, moving: float) -> None:
     """Write the forces on all coordinates at the present state, K and D. Supports have no effect here; see `hold`."""
     table = model.table
@@ -200,7 +222,7 @@ def sum_tangents(model: Coordinates, t: float, moving: float) -> None:
         number = at.UNDAMPED if apart and damped[k] == 1 else moving
         call_at(model.kernels[k, at.TANGENT_AT], table, model.tables[k], number)
     if apart:
-        _call_dampers(model, at.TANGENT_AT, at.DAMPERS, table_halfway(table))
+        _add_dampers(model)
     _add_loads(table, t, moving)
     if numbers[at.DAMPED] > 0.0:
         flat, mass = damping.reshape(-1), floats_3d(table, at.FULL_MASS).reshape(-1)
