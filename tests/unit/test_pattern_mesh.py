@@ -61,14 +61,14 @@ def test_mesh_of_a_pattern(kind: str, grading: float) -> None:
 def test_creases_of_flexible_facets(kind: str) -> None:
     """Fold angles at all nodes are those of the pattern, in any position; the tangent is the derivative of the force."""
     scene, system = compile_case(case(kind=kind, **KINDS[kind]))
-    assert isinstance(system, JoinedSystem) and scene.facets is not None and scene.facets.folds is not None
+    assert isinstance(system, JoinedSystem) and scene.built.facets is not None and scene.built.facets.folds is not None
     (creases,) = (group for group in system.elements.mesh.groups if group.name == "creases")
     q, _ = system.initial()
     turn, _ = np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3)))
     turn *= np.sign(np.linalg.det(turn))
     turned = (q.reshape(-1, 3) @ turn.T).ravel()
     for state in (q, turned):
-        np.testing.assert_allclose(creases.angles(state), scene.facets.folds.start, atol=1e-9)
+        np.testing.assert_allclose(creases.angles(state), scene.built.facets.folds.start, atol=1e-9)
     random = np.random.default_rng(5)
     moved, direction = q + 1e-2 * random.normal(size=len(q)), random.normal(size=len(q))
     numeric = (creases.energy(moved + 1e-6 * direction, None)[0] - creases.energy(moved - 1e-6 * direction, None)[0]) / 2e-6

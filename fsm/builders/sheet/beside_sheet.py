@@ -97,8 +97,8 @@ def with_sheet_frames(case: Case, scene: Scene, more: Scene) -> tuple[Scene, Sce
 
 def _places_of(case: Case, scene: Scene) -> _OnMesh | _OnTruss | _OnFacets:
     assert case.sheet is not None
-    if scene.facets is not None:
-        return _OnMesh(scene.facets)
+    if scene.built.facets is not None:
+        return _OnMesh(scene.built.facets)
     pattern = pattern_of(case.sheet)
     return _OnTruss(pattern) if case.sheet.facets == "bars" else _OnFacets(pattern)
 
