@@ -205,7 +205,7 @@ def _second(a: np.ndarray, b: np.ndarray, axes: np.ndarray, gradients: np.ndarra
             out[2, 3 + k, c] = 0.0
 
 
-@kernel
+@kernel(inline=True)
 def _turning(
     frames: Frames, i: int, q: np.ndarray, u: np.ndarray, da: np.ndarray, db: np.ndarray, a: np.ndarray, b: np.ndarray,
     axes: np.ndarray, gradients: np.ndarray,
