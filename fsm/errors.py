@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 _LONGEST = 1000
@@ -66,6 +67,15 @@ class CaseError(FsmError):
         """One line a fault, ``source: path: message``."""
         head = f"{self.source}: " if self.source else ""
         return [_one_line(f"{head}{fault}") for fault in self.faults]
+
+
+@contextmanager
+def fault_at(path: str, source: str = "") -> Iterator[None]:
+    """Raise a `ValueError` of the block as the fault of a place in a case."""
+    try:
+        yield
+    except ValueError as error:
+        raise CaseError(Fault(path, str(error)), source) from None
 
 
 def _one_line(text: str) -> str:

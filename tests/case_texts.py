@@ -23,9 +23,60 @@ FOLDED: dict[str, Any] = {
 """Folded form in the FOLD format: two triangles that meet in a valley."""
 
 
+STRIP_ON_A_FLOOR = """
+[strip]
+length = "440 mm"
+width = "36 mm"
+thickness = "0.35 mm"
+panels = 4
+fold_angle = "64 deg"
+segments_per_panel = 4
+held = [1]
+[material]
+young = "3.6 GPa"
+density = "1280 kg/m^3"
+damping = "4 ms"
+[crease]
+law = "linear"
+stiffness = "11 N mm/rad"
+[contact]
+[friction]
+FRICTION
+[[obstacle]]
+name = "floor"
+shape = "plane"
+position = [0, 0, "-1 mm"]
+[[drive]]
+crease = 3
+direction = [1, 0, 0]
+speed = "1.5 mm/s"
+travel = "16 mm"
+"""
+"""Strip whose free end is dragged over a plane; FRICTION stands for the keys of its friction."""
+
+
 def fold(base: dict[str, Any], **changes: Any) -> str:
     """Text of a FOLD file with other entries; None leaves an entry out."""
     return json.dumps({key: value for key, value in (base | changes).items() if value is not None})
+
+
+def strip(more: str = "", of_material: str = "") -> str:
+    """Strip of 480 mm with six panels and linear creases, with further lines of its sections."""
+    return f"""[strip]
+length = 0.48
+width = 0.04
+thickness = 3e-4
+panels = 6
+fold_angle = "80 deg"
+{more}
+[material]
+young = 3e9
+density = 800
+{of_material}
+[crease]
+law = "linear"
+stiffness = 9.0e-3
+"""
 
 
 def kresling_of_bars(load: str, end: str, interval: str) -> str:

@@ -303,7 +303,7 @@ class Deployment(Analysis):
         """Error due to segments or cells."""
         if self.case.strip is not None:
             return self._of_segments(solution, summary, refused)
-        if self.scene.facets is None:
+        if self.scene.built.facets is None:
             if self.scene.films or self.scene.cables or self.scene.beams:
                 return {"by": "not estimated: compare with more elements of films, cables and beams"}
             return {"by": "none: rigid bodies and bars have no mesh"}
@@ -421,10 +421,10 @@ class Deployment(Analysis):
             states = zip(solution.time, solution.q, strict=True)
             summary["joint_opening"] = max(self.system.max_joint_opening(float(t), q)[0] for t, q in states)
             summary["folded"] = self._folded(solution)
-        if self.scene.facets is not None and self.scene.facets.probes:
+        if self.scene.built.facets is not None and self.scene.built.facets.probes:
             from fsm.analyses.facet_results import probe_displacements  # imports all kinds of elements
 
-            summary["probe_displacement"] = probe_displacements(self.system, self.scene.facets, solution)
+            summary["probe_displacement"] = probe_displacements(self.system, self.scene.built.facets, solution)
         return summary
 
     @property
@@ -436,7 +436,7 @@ class Deployment(Analysis):
         from fsm.analyses.sheet_motion import folded_parts  # imports all parts of patterns
 
         assert self.case.sheet is not None
-        if not self.case.sheet.fold_to or self.scene.facets is None:
+        if not self.case.sheet.fold_to or self.scene.built.facets is None:
             return folded_parts(solution) if self.case.sheet.fold_to else {}
         from fsm.analyses.fold_results import folds_of  # imports all kinds of elements
 

@@ -56,7 +56,7 @@ def folds_of(scene: Scene | None) -> SheetFolds | None:
     """Folds of the sheet of a scene; None if its facets are rigid, or if it has none."""
     if scene is None:
         return None
-    data = scene.folds if scene.facets is None else scene.facets.folds
+    data = scene.built.folds if scene.built.facets is None else scene.built.facets.folds
     return None if data is None or not data.names else SheetFolds(data)
 
 

@@ -29,7 +29,7 @@ def rebuilt(case: Case, like: Case, scene: Scene) -> Scene:
     """
     changed = {name for name in Case.model_fields if getattr(case, name) is not getattr(like, name)}
     passes = case.strip is not None or (case.sheet is not None and case.sheet.facets in ("rigid", "bend-lines"))
-    if not passes or not changed <= _PASSED or case.scene is not None or case.step or case.event or scene.chambers:
+    if not passes or not changed <= _PASSED or case.scene is not None or case.step or case.event or scene.built.chambers:
         return build_scene(case)
     update: dict[str, object] = {name: getattr(case, name) for name in changed - {"load"}}
     if "load" in changed:

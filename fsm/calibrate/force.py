@@ -25,7 +25,7 @@ from fsm.case.loading.load_case import load_case
 from fsm.case.loading.toml_file import read_toml
 from fsm.case.models.case import Case
 from fsm.case.schema.units import to_si
-from fsm.errors import CaseError, Fault
+from fsm.errors import CaseError, Fault, fault_at
 from fsm.kernels import jit
 from fsm.run.progress import Progress
 from fsm.views.plots.calibration import TestPlot, plot_tests
@@ -217,10 +217,8 @@ def _bounds(one: StudyParameter | StudyPrior, unit: str, units: str, place: str,
 
 
 def _in_si(value: Value, unit: str, units: str, place: str, path: Path) -> float:
-    try:
+    with fault_at(place, str(path)):
         return to_si(value, unit, units)
-    except ValueError as error:
-        raise CaseError(Fault(place, str(error)), str(path)) from None
 
 
 def _parameter_estimate(found: Identification, count: int) -> Estimate:

@@ -326,5 +326,5 @@ def _check_derivatives(scene: Scene, system: Any) -> None:
     if any(isinstance(group, HysteresisGroup) for group in system.groups):
         text = "derivatives are not available for creases with hysteresis, because of their memory; use elastic creases"
         raise CaseError(Fault("crease", text))
-    if scene.chambers:
+    if scene.built.chambers:
         raise CaseError(Fault("gas", "derivatives are not available for the gas of chambers"))

@@ -19,7 +19,7 @@ from fsm.results.channel import AXES
 @offers
 def facet_probes(model: Model) -> Iterator[Offer]:
     """point.<probe>.displacement of the probes of flexible facets."""
-    facets = None if model.scene is None else model.scene.facets
+    facets = None if model.scene is None else model.scene.built.facets
     for name, point in () if facets is None else facets.probes.items():
         yield Offer(f"point.{name}.displacement", "m", "displacement from the start", _displacement(point), (AXES,))
 

@@ -59,8 +59,8 @@ def contact_lines(view: CheckContext) -> Iterator[str]:
     yield f"{count(len(view.pairs), 'pair')}: {names}"
     law = _LAWS[contact.law] if contact.law in _LAWS else _added(CONTACT_LAWS[contact.law], contact.parameters)
     faces = sorted({group.face for group in view.scene.groups if group.face is not None})
-    if view.scene.touching is not None:
-        faces = [view.scene.touching.mean_facet]
+    if view.scene.built.touching is not None:
+        faces = [view.scene.built.touching.mean_facet]
     where = f"{shown(faces[0], 'm^2')}, the area of a mean facet" if len(faces) == 1 else "a whole face"
     yield f"{law}, K = {contact.stiffness:.4g} N/m^{contact.exponent:g} for {where}{_damping(contact)}"
     if contact.restitution is not None:
@@ -81,10 +81,10 @@ def contact_lines(view: CheckContext) -> Iterator[str]:
     points = _contact_points(view)
     if points:
         yield f"{count(points, 'contact point')} on both faces of all pairs"
-    if view.scene.touching is not None:
+    if view.scene.built.touching is not None:
         crossing = "edges that cross touch at half of the thickness" if contact.thickness_in_gap else "edges do not touch"
         yield f"nodes of facets touch the planes of nearby triangles; {crossing}"
-        if view.scene.facets is None:
+        if view.scene.built.facets is None:
             yield "triangles between bars stay flat, and touch with their vertices and edges only"
         else:
             yield "parts of one facet touch only if they are more than three longest edges of the mesh apart"
@@ -93,7 +93,7 @@ def contact_lines(view: CheckContext) -> Iterator[str]:
             yield "facets with a common crease touch at a distance that grows from zero at the crease to the thickness"
         wanted, _ = sheet_spacing(view.scene)
         if math.isfinite(wanted):
-            apart = shown(view.scene.touching.longest_edge / sheet_parts(view.scene), "m")
+            apart = shown(view.scene.built.touching.longest_edge / sheet_parts(view.scene), "m")
             yield f"bodies and obstacles touch the sheet at points up to {apart} apart; {shown(wanted, 'm')} is wanted"
     if view.scene.obstacles:
         yield "overlap with obstacles at the start is checked by the run, not here"

@@ -17,10 +17,10 @@ _CELSIUS = 273.15
 
 def gas_lines(view: CheckContext) -> Iterator[str]:
     """Lines on every chamber, its gas and its supply, and on orifices."""
-    for chamber in view.scene.chambers:
+    for chamber in view.scene.built.chambers:
         yield _chamber(chamber)
         yield from _gas(chamber)
-    for orifice in view.scene.orifices:
+    for orifice in view.scene.built.orifices:
         between = " and ".join(orifice.between)
         if orifice.area is not None:
             size = shown(orifice.area, "m^2")
@@ -28,9 +28,9 @@ def gas_lines(view: CheckContext) -> Iterator[str]:
             ends = [f"{shown(area, 'm^2')} at {shown(angle, 'rad')}" for angle, area in orifice.area_by_angle]
             size = f"by the angle of {orifice.crease}: {', '.join(ends)}"
         yield f"orifice between {between}: {size}, discharge coefficient {orifice.discharge:.4g}"
-    if view.scene.chambers:
-        facets = view.scene.facets
-        if facets is not None and (facets.mesh.creases or any(chamber.caps for chamber in view.scene.chambers)):
+    if view.scene.built.chambers:
+        facets = view.scene.built.facets
+        if facets is not None and (facets.mesh.creases or any(chamber.caps for chamber in view.scene.built.chambers)):
             yield f"chambers have straight edges between nodes: {_error_of_edges(facets)}"
         yield "steps of a case with gas are computed in Python, more slowly than compiled steps"
 

@@ -219,7 +219,7 @@ def _motion(drive: Drive, motion: PrescribedMotion) -> str:
 
 def _loads(view: CheckContext) -> Iterator[str]:
     loads = list(view.scene.loads) if view.case.sheet is None else [load for _, load in loads_of(view.case)]
-    for load in loads if view.scene.facets is None else ():  # the lines on supports list loads on flexible facets
+    for load in loads if view.scene.built.facets is None else ():  # the lines on supports list loads on flexible facets
         if load.pressure is not None:
             assert view.case.sheet is not None
             yield pressure_line(load, facet_areas(pattern_of(view.case.sheet)))

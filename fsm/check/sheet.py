@@ -36,7 +36,7 @@ _LISTED_FACETS = 4
 
 def facet_lines(view: CheckContext) -> Iterator[str]:
     """Lines on the mesh of flexible facets."""
-    facets = view.scene.facets
+    facets = view.scene.built.facets
     if facets is None:
         return
     mesh = facets.mesh
@@ -109,7 +109,7 @@ def _boom_lines(sheet: Sheet, mesh: FacetMesh, touching: bool) -> Iterator[str]:
 
 def facet_support_lines(view: CheckContext) -> Iterator[str]:
     """Lines on the nodes of supports, loads, drives and probes."""
-    case, facets = view.case, view.scene.facets
+    case, facets = view.case, view.scene.built.facets
     if facets is None or case.sheet is None:
         return
     mesh = facets.mesh

@@ -19,7 +19,7 @@ from fsm.case.loading.model_file import read_file
 from fsm.case.loading.toml_file import read_text, read_toml
 from fsm.case.models.study import Constraint, OptimiseFile, StudyResponse
 from fsm.case.schema.units import to_si
-from fsm.errors import CaseError, Fault, FsmError, NotConverged
+from fsm.errors import CaseError, Fault, FsmError, NotConverged, fault_at
 from fsm.io.folder_lock import ENDING, locked_folder
 from fsm.io.json_values import finite_values
 from fsm.io.provenance import provenance
@@ -200,10 +200,8 @@ def _bounds(one: Constraint, number: int, unit: str, source: str) -> tuple[float
 
     def read(key: str, absent: float) -> float:
         given = getattr(one, key)
-        try:
+        with fault_at(f"constraint.{number}.{key}", source):
             return absent if given is None else to_si(given, unit)
-        except ValueError as error:
-            raise CaseError(Fault(f"constraint.{number}.{key}", str(error)), source) from None
 
     if one.value is not None:
         value = read("value", 0.0)

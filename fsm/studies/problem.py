@@ -21,7 +21,7 @@ from fsm.case.loading.overrides import Given, apply_overrides, check_path, place
 from fsm.case.models.case import Case
 from fsm.case.models.study import StudyResponse, Value
 from fsm.case.schema.units import did_you_mean, to_si, with_unit
-from fsm.errors import CaseError, Fault, FsmError
+from fsm.errors import CaseError, Fault, FsmError, fault_at
 from fsm.registry import load_extensions
 from fsm.results.summary_file import heading
 from fsm.run.rows import FORCE, curves_of, ready
@@ -238,10 +238,8 @@ def si_value(value: Value, path: str, problem: Problem, where: str) -> float:
         The value is no number, or has another unit.
     """
     system = "SI" if problem.tables is None else str(problem.tables.get("units", "SI"))
-    try:
+    with fault_at(where):
         return to_si(value, problem.units[path], system)
-    except ValueError as error:
-        raise CaseError(Fault(where, str(error))) from None
 
 
 def evaluate(

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import toms748
 
 from fsm.case.schema.units import to_si
-from fsm.errors import CaseError, Fault, NotConverged
+from fsm.errors import CaseError, Fault, NotConverged, fault_at
 from fsm.io.folder_lock import ENDING, locked_folder
 from fsm.studies.problem import case_problem, si_value
 from fsm.studies.search import EnoughRuns, Journal, Search
@@ -100,10 +100,8 @@ def solve_for(
 
 
 def _target(text: str, unit: str, source: str) -> float:
-    try:
+    with fault_at("--reach", source):
         return to_si(text, unit)
-    except ValueError as error:
-        raise CaseError(Fault("--reach", str(error)), source) from None
 
 
 def _response(search: Search, key: str, value: float) -> float:

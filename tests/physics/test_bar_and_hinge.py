@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import tomllib
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +18,7 @@ from fsm.case.models.case import Case
 from fsm.errors import CaseError
 from fsm.results.store import read_solution
 from fsm.run.run_case import run_case
+from tests.runs import run
 
 KRESLING = Path(__file__).parents[2] / "folding_cases" / "kresling" / "case.toml"
 MIURA = """
@@ -47,13 +47,6 @@ end_time = "6 s"
 RAMP = 'time = { kind = "ramp", end = "1 s", shape = "unbounded" }'
 
 
-def run_text(folder: Path, text: str) -> tuple[Any, dict[str, Any]]:
-    case = folder / "case.toml"
-    case.write_text(text, encoding="utf-8")
-    summary = run_case(load_case(case), folder / "out", progress=False, figures=False)
-    return read_solution(folder / "out" / "result.h5"), summary
-
-
 def vertex_of(x: np.ndarray, y: np.ndarray) -> float:
     """Extremum of the parabola through three points."""
     parabola = np.polyfit(x - x[1], y, 2)
@@ -66,7 +59,7 @@ def test_bending_of_a_miura_sheet(tmp_path: Path) -> None:
     support = [{ at = "vertex 56", fixed = ["x"] }, { at = "vertex 57" }, { at = "vertex 65", fixed = ["x", "z"] }]
     """
     load = "".join(f'[[load]]\nat = "vertex {k}"\nforce = [0, 0, -1]\n{RAMP}\n' for k in (56, 66))
-    solution, _ = run_text(tmp_path, MIURA + supports + REST + load)
+    solution, _ = run(tmp_path, MIURA + supports + REST + load)
     path = solution.load_path
     way, size = path.way[:, 0], path.size[:, 0]
     for at, force in ((0.1, 0.2645), (0.2, 0.6591), (0.3, 1.3043), (0.4, 2.5431), (0.5, 5.816)):
@@ -85,7 +78,7 @@ def test_pop_through_of_a_miura_sheet(tmp_path: Path) -> None:
     ]
     """.replace("\n    ", " ")
     load = f'[[load]]\nat = "vertex 61"\nforce = [0, 0, -1]\n{RAMP}\n'
-    solution, summary = run_text(tmp_path, MIURA + supports.replace(" support", "\nsupport") + REST + load)
+    solution, summary = run(tmp_path, MIURA + supports.replace(" support", "\nsupport") + REST + load)
     first = summary["step"][0]["limit_points"][0]
     assert first["negative_modes"] == 1
     assert first["program_time"] == pytest.approx(2.312, rel=1e-3)
@@ -202,7 +195,7 @@ def test_driven_edge_has_the_force_of_the_held_edge(tmp_path: Path) -> None:
     [solve]
     method = "static"
     """
-    solution, summary = run_text(tmp_path, text)
+    solution, summary = run(tmp_path, text)
     travel, force = solution.travel[:, 0], solution.force[:, 0]
     # both panels have the angle p with the base, 2 a cos p is the distance of the edges, and 2 p the fold angle
     angle = np.arccos(np.cos(0.5) - travel / 0.2)
@@ -257,6 +250,6 @@ def test_tube_that_snaps_shut_keeps_its_energy(tmp_path: Path) -> None:
     end_time = "0.05 s"
     error_estimates = "off"
     """
-    _, summary = run_text(tmp_path, text)
+    _, summary = run(tmp_path, text)
     assert summary["energy_error"] < 1e-4
     assert summary["step"][0]["loads"]["load on edge top"]["displacement"] == pytest.approx(0.03803, rel=0.03)

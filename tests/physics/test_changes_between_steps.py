@@ -17,9 +17,8 @@ from fsm.errors import CaseError, NotConverged
 from fsm.model.compile.compile_case import compile_case
 from fsm.model.plan.plan import plan_of
 from fsm.results.solution import Solution
-from fsm.results.store import read_solution
-from fsm.run.run_case import run_case
 from fsm.solve.settings import PathSettings
+from tests.runs import run
 
 BLOCK = """
 [[scene.bodies]]
@@ -75,13 +74,6 @@ name = "hold"
 kind = "static"
 hold = ["block"]
 """
-
-
-def run(tmp_path: Path, text: str) -> tuple[Solution, dict[str, Any]]:
-    path = tmp_path / "case.toml"
-    path.write_text(text, encoding="utf-8")
-    summary = run_case(load_case(path), tmp_path / "out", progress=False)
-    return read_solution(tmp_path / "out" / "result.h5"), summary
 
 
 def place(solution: Solution, body: str) -> np.ndarray:

@@ -11,11 +11,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from fsm.case.loading.load_case import load_case
 from fsm.cli.command_line import cli
 from fsm.results.solution import Solution
-from fsm.results.store import read_solution
-from fsm.run.run_case import run_case
+from tests.runs import run
 
 STIFFNESS = 9e-3
 STRIP = f"""
@@ -47,10 +45,7 @@ channels = ["crease.*.angle", "crease.*.moment", "crease.2.*", "support.*.force"
 
 def solved(text: str, folder: Path, **more: Any) -> Solution:
     """Run a case and read its results."""
-    path = folder / "case.toml"
-    path.write_text(text, encoding="utf-8")
-    run_case(load_case(path, [f"{key}={value}" for key, value in more.items()]), folder / "out", progress=False)
-    return read_solution(folder / "out" / "result.h5")
+    return run(folder, text, *(f"{key}={value}" for key, value in more.items()))[0]
 
 
 def value(solution: Solution, name: str) -> np.ndarray:

@@ -18,8 +18,7 @@ from fsm.case.loading.load_case import load_case
 from fsm.case.pattern_files.fold_file import read_fold
 from fsm.cli.command_line import cli
 from fsm.results.solution import Solution
-from fsm.results.store import read_solution
-from fsm.run.run_case import run_case
+from tests.runs import run
 
 SIDES = [(-4, 0), (60, 0), (100, 0), (100, 20), (100, 40), (60, 40), (4, 40), (0, 20)]
 CUT: dict[str, Any] = {
@@ -58,9 +57,7 @@ GRAVITY = "gravity = [0, 0, -9.81]\n"
 def solved(folder: Path, text: str, pattern: str, name: str = "pattern.fold") -> Solution:
     folder.mkdir(exist_ok=True)
     (folder / name).write_text(pattern, encoding="utf-8")
-    (folder / "case.toml").write_text(text, encoding="utf-8")
-    run_case(load_case(folder / "case.toml"), folder / "out", progress=False, figures=False)
-    return read_solution(folder / "out" / "result.h5")
+    return run(folder, text)[0]
 
 
 def legs(

@@ -15,6 +15,7 @@ import fsm
 from fsm.errors import CaseError
 from fsm.model.compile.compile_case import compile_case
 from fsm.model.system.system import SegmentSystem
+from tests.tangents import check_force, check_tangents
 
 _RADII, _LENGTHS = (0.03, 0.02), (0.2, 0.3)
 _APART = 1e-4
@@ -110,28 +111,14 @@ def test_first_touch_is_that_of_the_nearest_points(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(3))
 def test_forces_are_those_of_the_energy_and_tangents_those_of_the_forces(seed: int, law: dict[str, Any]) -> None:
     smooth, q, _ = tilted(seed, 1e-3, contact=law)
-    h, units = 1e-6, np.eye(12)
-
-    def energy(x: np.ndarray) -> float:
-        return smooth.energy(0.0, smooth.retract(q, x), None).potential["contact"]
-
-    force = smooth.force(0.0, q, None)
-    slope = np.array([energy(h * unit) - energy(-h * unit) for unit in units]) / (2.0 * h)
-    assert force == pytest.approx(-slope, abs=1e-5 * np.abs(slope).max())
+    force = check_force(smooth, q, 1e-6)
     turns = [Rotation.from_quat(q[7 * k + 3 : 7 * k + 7], scalar_first=True) for k in range(2)]
     wrenches = force.reshape(2, 2, 3)
     moment = sum(np.cross(q[7 * k : 7 * k + 3], wrenches[k, 0]) + turns[k].apply(wrenches[k, 1]) for k in range(2))
     assert force[:3] + force[6:9] == pytest.approx(0.0, abs=1e-12 * np.abs(force).max())
     assert moment == pytest.approx(0.0, abs=1e-12 * np.abs(force).max())
     rough = {"contact": law | {"damping": 20.0}, "friction": {"law": "tanh", "mu_dynamic": 0.3, "v_static": 0.1}}
-    system, q, u = tilted(seed, 1e-3, **rough)
-    linear = system.linearise(0.0, q, u)
-    for found, change in (
-        (linear.stiffness, lambda x: system.force(0.0, system.retract(q, x), u)),
-        (linear.damping, lambda x: system.force(0.0, q, u + x)),
-    ):
-        wanted = -np.array([change(h * unit) - change(-h * unit) for unit in units]).T / (2.0 * h)
-        assert found.bsr().toarray() == pytest.approx(wanted, abs=2e-5 * np.abs(wanted).max())
+    check_tangents(*tilted(seed, 1e-3, **rough), (1e-6, 1e-6))
 
 
 def test_a_rod_falls_across_another_one_and_leaves_over_its_end(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ import fsm
 from fsm.errors import CaseError
 from fsm.model.compile.compile_case import compile_case
 from fsm.model.system.system import SegmentSystem
+from tests.tangents import check_force, check_tangents
 
 _AXES = np.array([0.08, 0.05, 0.03])
 _NORMAL = np.array([0.2, -0.3, 0.9])
@@ -61,22 +62,9 @@ def test_the_gap_is_that_of_the_points_of_the_surface(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(4))
 def test_forces_are_those_of_the_energy_and_tangents_those_of_the_forces(seed: int) -> None:
     smooth, q, _ = tilted(1e-3, seed)
-    h, steps = 1e-6, np.eye(6)
-
-    def energy(x: np.ndarray) -> float:
-        return smooth.energy(0.0, smooth.retract(q, x), None).potential["contact"]
-
-    slope = np.array([energy(h * step) - energy(-h * step) for step in steps]) / (2.0 * h)
-    assert smooth.force(0.0, q, None) == pytest.approx(-slope, abs=1e-5 * np.abs(slope).max())
+    check_force(smooth, q, 1e-6)
     damped = {"contact": {"damping": 20.0}, "friction": {"law": "tanh", "mu_dynamic": 0.3, "v_static": 0.1}}
-    system, q, u = tilted(1e-3, seed, **damped)
-    linear = system.linearise(0.0, q, u)
-    for found, change in (
-        (linear.stiffness, lambda x: system.force(0.0, system.retract(q, x), u)),
-        (linear.damping, lambda x: system.force(0.0, q, u + x)),
-    ):
-        wanted = -np.array([change(h * step) - change(-h * step) for step in steps]).T / (2.0 * h)
-        assert found.bsr().toarray() == pytest.approx(wanted, abs=2e-5 * np.abs(wanted).max())
+    check_tangents(*tilted(1e-3, seed, **damped), (1e-6, 1e-6))
 
 
 def test_rocking_on_a_smooth_plane(tmp_path: Path) -> None:

@@ -8,11 +8,6 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fsm.builders.scene import build_scene
-from fsm.case.models.case import Case, Strip
-from fsm.case.models.contact import Contact, Friction
-from fsm.case.models.loads import Drive
-from fsm.case.models.materials import LinearCrease, Material
 from fsm.case.models.scene import GROUND, Body, ForceElement, Scene
 from fsm.model.compile.compile import compile_scene
 from fsm.model.system.system import SegmentSystem
@@ -20,6 +15,7 @@ from fsm.solve.outcome.energy_balance import EnergyBalance
 from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
+from tests.physics.test_generalized_alpha import strip
 
 # flexible pendulum released from the horizontal: tip (x, y) by time, to 1e-3, by 64 ANCF cable elements; references.md
 PENDULUM = {
@@ -31,15 +27,7 @@ PENDULUM = {
 @cache
 def rubbing_strip(rtol: float) -> tuple[list[SavedState], EnergyBalance]:
     """A damped strip that is pulled until its panels touch and slide."""
-    case = Case(
-        strip=Strip(length=0.48, width=0.04, thickness=3e-4, panels=6, fold_angle=math.radians(83.0), segments_per_panel=4),
-        material=Material(young=3e9, density=800, damping=1e-2),
-        crease=LinearCrease(stiffness=9e-3),
-        contact=Contact(stiffness=1e8, damping=10.0, ramp=1e-5),
-        friction=Friction(law="step", mu_static=0.3, mu_dynamic=0.2, v_static=1e-3, v_dynamic=5e-3),
-        drive=(Drive(crease=3, speed=0.05, travel=0.01),),
-    )
-    system = compile_scene(build_scene(case))
+    system = strip(0.01)
     saved: list[SavedState] = []
     end = system.end_time()
     assert end is not None

@@ -7,10 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fsm.case.loading.load_case import load_case
 from fsm.results.solution import Solution
-from fsm.results.store import read_solution
-from fsm.run.run_case import run_case
+from tests.runs import run
 
 ZIGZAG = """
 [sheet]
@@ -47,13 +45,6 @@ stiffness = "1e6 N/m"
 """
 
 
-def solved(tmp_path: Path, contact: str) -> tuple[Solution, dict[str, object]]:
-    case = tmp_path / "case.toml"
-    case.write_text(ZIGZAG.format(contact=contact), encoding="utf-8")
-    summary = run_case(load_case(case), tmp_path / "out", progress=False)
-    return read_solution(tmp_path / "out" / "result.h5"), summary
-
-
 def crossings(solution: Solution) -> int:
     """Number of pairs of facets without a common crease whose middle lines cross in the x-z plane, over all records."""
     found = 0
@@ -82,9 +73,9 @@ def side(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> float:
 def test_facets_do_not_pass_through_each_other(tmp_path: Path) -> None:
     """A zigzag is pushed together, bulges, and its middle panels meet; without contact they cross."""
     (tmp_path / "free").mkdir()
-    free, _ = solved(tmp_path / "free", "")
+    free, _ = run(tmp_path / "free", ZIGZAG.format(contact=""))
     assert crossings(free) > 0
-    touching, summary = solved(tmp_path, CONTACT)
+    touching, summary = run(tmp_path, ZIGZAG.format(contact=CONTACT))
     assert crossings(touching) == 0
     assert summary["energy_error"] < 1e-4
     stages = [stage["name"] for stage in summary["stages"]]  # type: ignore[attr-defined]

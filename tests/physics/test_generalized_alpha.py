@@ -101,7 +101,7 @@ def oscillator(stiffness: float) -> SegmentSystem:
 
 
 @cache
-def strip() -> SegmentSystem:
+def strip(travel: float = 0.02) -> SegmentSystem:
     """A small damped strip with contact and friction, pulled until its panels slide."""
     case = Case(
         strip=Strip(length=0.48, width=0.04, thickness=3e-4, panels=6, fold_angle=math.radians(83.0), segments_per_panel=4),
@@ -109,7 +109,7 @@ def strip() -> SegmentSystem:
         crease=LinearCrease(stiffness=9e-3),
         contact=Contact(stiffness=1e8, damping=10.0, ramp=1e-5),
         friction=Friction(law="step", mu_static=0.3, mu_dynamic=0.2, v_static=1e-3, v_dynamic=5e-3),
-        drive=(Drive(crease=3, speed=0.05, travel=0.02),),
+        drive=(Drive(crease=3, speed=0.05, travel=travel),),
     )
     return compile_scene(build_scene(case))
 

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fsm.case.loading.load_case import load_case
-from fsm.run.run_case import run_case
+from tests.runs import run
 
 CASE = """
 [strip]
@@ -50,7 +49,6 @@ travel = "15.1 mm"
 
 @pytest.mark.parametrize(("settings", "unstable"), [((), True), (("friction=none",), False)])
 def test_unstable_last_state(settings: tuple[str, ...], unstable: bool, tmp_path: Path) -> None:
-    (tmp_path / "case.toml").write_text(CASE)
-    summary = run_case(load_case(tmp_path / "case.toml", list(settings)), tmp_path / "out", progress=False)
+    _, summary = run(tmp_path, CASE, *settings)
     assert summary["unstable_at_end"] is unstable
     assert any("the last state is unstable" in warning for warning in summary["warnings"]) is unstable

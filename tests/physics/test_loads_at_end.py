@@ -8,10 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fsm.case.loading.load_case import load_case
-from fsm.results.store import read_solution
-from fsm.run.run_case import run_case
 from fsm.run.summary_text import summary_lines
+from tests.runs import run
 
 SPRING = """
 [[scene.bodies]]
@@ -66,15 +64,14 @@ channels = ["body.arm.position"]
 @pytest.mark.parametrize("method", ["static", "generalized-alpha"])
 def test_the_summary_has_the_displacement_of_every_load_at_the_end(tmp_path: Path, method: str) -> None:
     """F/k along the force and M/k about the moment; with inertia they vibrate by less than 1/(t sqrt(k/m)), 1.4 %."""
-    (tmp_path / "case.toml").write_text(SPRING, encoding="utf-8")
-    summary = run_case(load_case(tmp_path / "case.toml", [f"solve.method={method}"]), tmp_path / "out", progress=False)
+    solution, summary = run(tmp_path, SPRING, f"solve.method={method}")
     force, moment = summary["loads"]
     off = 1e-6 if method == "static" else 0.015
     assert force["name"] == "load on block" and force["size"] == pytest.approx(2.5)
     assert force["displacement"] == pytest.approx(2.5 / 500.0, rel=off)
     assert moment["name"] == "twist, moment" and moment["displacement"] == pytest.approx(0.25, rel=off)
     assert summary["step"][-1]["loads"]["load on block"]["displacement"] == force["displacement"]
-    kinetic = read_solution(tmp_path / "out" / "result.h5").energy["kinetic"]
+    kinetic = solution.energy["kinetic"]
     assert np.any(kinetic) == (method != "static")  # the time of a path in load is no time of a motion
     text = "\n".join(summary_lines(summary, tmp_path))
     if method == "static":
@@ -85,8 +82,7 @@ def test_the_summary_has_the_displacement_of_every_load_at_the_end(tmp_path: Pat
 
 def test_tables_of_a_drive_that_turns_have_turns(tmp_path: Path) -> None:
     """The first column of channels.csv was "travel (m)" with angles."""
-    (tmp_path / "case.toml").write_text(TURNED, encoding="utf-8")
-    summary = run_case(load_case(tmp_path / "case.toml"), tmp_path / "out", progress=False)
+    _, summary = run(tmp_path, TURNED)
     with (tmp_path / "out" / "channels.csv").open(encoding="utf-8", newline="") as file:
         assert next(csv.reader(file))[:2] == ["turn (rad)", "time (s)"]
     assert summary["drive"] == "lid (turn)"

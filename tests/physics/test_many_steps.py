@@ -36,10 +36,11 @@ from fsm.solve.outcome.run_io import inertia_counts
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from fsm.solve.stepping import march as balances
-from fsm.solve.stepping.march import BALANCE, march
+from fsm.solve.stepping.march import march
 from fsm.solve.stepping.model import DRIVES, STEADY, TIME
 from fsm.solve.stepping.outcomes import STEPPED
 from fsm.solve.time.generalized_alpha import GeneralizedAlpha
+from tests.physics.test_many_steps_joined import opened
 
 SPLINE = {"law": "spline", "angle": [-1.0, 0.0, 0.7, 1.5, 3.0], "moment": [-3e-4, 0.0, 1e-4, 1.5e-4, 4e-4]}
 
@@ -231,15 +232,6 @@ def solver_of(system: SegmentSystem | AncfSystem, fixed_step: float | None) -> G
     if isinstance(system, AncfSystem):
         u[system.fixed] = 0.0
     return GeneralizedAlpha(system, 0.0, q, u, 1e-5, fixed_step=fixed_step)
-
-
-def opened(solver: GeneralizedAlpha) -> np.ndarray:
-    """Array `balance` of `march` without a bound on the energy error."""
-    energy = solver.system.energy(0.0, solver.q, solver.u)
-    balance = np.zeros(BALANCE)
-    balance[balances.START], balance[balances.POWER] = energy.stored, energy.input_power
-    balance[balances.SHORTEST], balance[balances.ALLOWED], balance[balances.DRIVEN] = np.inf, np.inf, energy.driven
-    return balance
 
 
 @pytest.mark.parametrize("fixed_step", [None, 2e-4], ids=["controlled", "fixed"])

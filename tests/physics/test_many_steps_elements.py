@@ -30,12 +30,13 @@ from fsm.model.nodes.system.scissor_system import ScissorSystem
 from fsm.model.nodes.system.system import AncfSystem
 from fsm.model.nodes.truss import BarGroup
 from fsm.solve.stepping import march as balances
-from fsm.solve.stepping.march import BALANCE, march
+from fsm.solve.stepping.march import march
 from fsm.solve.stepping.mean_force import march_mean_force
 from fsm.solve.stepping.outcomes import STEPPED
 from fsm.solve.time.array_steps import StepMethod
 from fsm.solve.time.generalized_alpha import GeneralizedAlpha
 from fsm.solve.time.mean_force import MeanForce
+from tests.physics.test_many_steps_joined import check_same_state, opened
 
 STEEL = Material(young=2.07e11, poisson=0.0, density=7850.0, damping=1e-5)
 
@@ -111,15 +112,6 @@ SYSTEMS: dict[str, tuple[Callable[[], AncfSystem | JoinedSystem], float, float]]
 COUNT = 120
 
 
-def opened(solver: StepMethod) -> np.ndarray:
-    """Array `balance` of `march` without a bound on the energy error."""
-    energy = solver.system.energy(0.0, solver.q, solver.u)
-    balance = np.zeros(BALANCE)
-    balance[balances.START], balance[balances.POWER] = energy.stored, energy.input_power
-    balance[balances.SHORTEST], balance[balances.ALLOWED], balance[balances.DRIVEN] = np.inf, np.inf, energy.driven
-    return balance
-
-
 def pair(name: str, method: str, fixed: bool) -> tuple[StepMethod, StepMethod]:
     """Solvers of two equal systems."""
     make, step, speed = SYSTEMS[name]
@@ -150,13 +142,7 @@ def test_same_steps(name: str, method: str, fixed: bool) -> None:
     balance, others = opened(compiled), opened(python)
     compiled.march(balance, 1.0, COUNT)
     assert in_python(python.model, python.motion, python.rules, others, 1.0, COUNT, python.records(1)) == STEPPED
-    assert compiled.steps == python.steps == COUNT
-    assert compiled.iterations == pytest.approx(python.iterations, rel=0.05)  # round-off determines some of them
-    assert (compiled.rejected, compiled.failed) == (python.rejected, python.failed)
-    assert compiled.t == pytest.approx(python.t, rel=1e-6)
-    scales = python.system.scales()
-    assert np.abs((compiled.q - python.q) / scales.configuration).max() < 1e-6
-    assert np.abs(compiled.u - python.u).max() < 1e-5 * np.abs(python.u).max()
+    check_same_state(compiled, python, COUNT)
     turnover = others[balances.TURNOVER]
     for number in (balances.START, balances.WORK, balances.TURNOVER, balances.KINETIC_WORST):
         assert balance[number] == pytest.approx(others[number], abs=1e-6 * turnover)

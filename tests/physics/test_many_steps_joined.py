@@ -63,6 +63,16 @@ def opened(solver: StepMethod) -> np.ndarray:
     return balance
 
 
+def check_same_state(compiled: StepMethod, python: StepMethod, count: int) -> None:
+    """Counts, time and state after many steps agree."""
+    assert compiled.steps == python.steps == count
+    assert compiled.iterations == pytest.approx(python.iterations, rel=0.05)  # round-off determines some of them
+    assert (compiled.rejected, compiled.failed) == (python.rejected, python.failed)
+    assert compiled.t == pytest.approx(python.t, rel=1e-6)
+    assert np.abs((compiled.q - python.q) / python.system.scales().configuration).max() < 1e-6
+    assert np.abs(compiled.u - python.u).max() < 1e-5 * np.abs(python.u).max()
+
+
 @pytest.mark.parametrize("name", SMALL)
 def test_same_steps(name: str) -> None:
     """States, counts, drive and contact forces, work and energies of many steps agree."""
@@ -77,12 +87,7 @@ def test_same_steps(name: str) -> None:
     balance, others = opened(compiled), opened(python)
     records, expected = compiled.march(balance, 1.0, count, every=True), python.records(count)
     assert march(python.model, python.motion, python.rules, others, 1.0, count, expected) == STEPPED
-    assert compiled.steps == python.steps == count
-    assert compiled.iterations == pytest.approx(python.iterations, rel=0.05)  # round-off determines some of them
-    assert (compiled.rejected, compiled.failed) == (python.rejected, python.failed)
-    assert compiled.t == pytest.approx(python.t, rel=1e-6)
-    assert np.abs((compiled.q - python.q) / systems[0].scales().configuration).max() < 1e-6
-    assert np.abs((compiled.u - python.u) / np.abs(python.u).max()).max() < 1e-5
+    check_same_state(compiled, python, count)
     turnover = others[balances.TURNOVER]
     for number in (balances.START, balances.WORK, balances.TURNOVER, balances.KINETIC_WORST):
         assert balance[number] == pytest.approx(others[number], abs=1e-6 * turnover)

@@ -9,10 +9,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import fsm
-from fsm.case.loading.load_case import load_case
-from fsm.results.store import read_solution
-from fsm.run.run_case import run_case
 from fsm.run.summary import state_errors
+from tests.runs import run
 
 CASE = """
 gravity = [0, 0, "-9.81 m/s^2"]
@@ -39,11 +37,8 @@ shape = "plane"
 
 def dropped(folder: Path, rtol: float) -> tuple[dict[str, Any], np.ndarray]:
     """Summary, and positions at the records over the largest displacement."""
-    folder.mkdir()
-    case = folder / "case.toml"
-    case.write_text(CASE.replace("RTOL", f"{rtol:g}"), encoding="utf-8")
-    summary = run_case(load_case(case), folder / "out", progress=False)
-    shape = read_solution(folder / "out" / "result.h5").shape
+    solution, summary = run(folder, CASE.replace("RTOL", f"{rtol:g}"))
+    shape = solution.shape
     return summary, shape / np.abs(shape - shape[0]).max()
 
 

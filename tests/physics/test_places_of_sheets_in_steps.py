@@ -8,10 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fsm.case.loading.load_case import load_case
-from fsm.results.solution import Solution
-from fsm.results.store import read_solution
-from fsm.run.run_case import run_case
+from tests.runs import run
 
 SHEET = """
 [sheet]
@@ -45,13 +42,6 @@ travel = "10 mm"
 
 def step(name: str, kind: str, more: str = "") -> str:
     return f'[[step]]\nname = "{name}"\nkind = "{kind}"\n{more}'
-
-
-def run(tmp_path: Path, text: str) -> tuple[Solution, dict[str, Any]]:
-    path = tmp_path / "case.toml"
-    path.write_text(text, encoding="utf-8")
-    summary = run_case(load_case(path), tmp_path / "out", progress=False)
-    return read_solution(tmp_path / "out" / "result.h5"), summary
 
 
 def frequencies(summary: dict[str, Any], name: str) -> np.ndarray:

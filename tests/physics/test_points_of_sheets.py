@@ -55,20 +55,20 @@ def test_a_ball_does_not_pass_through_a_facet(facets: str, tmp_path: Path) -> No
 @pytest.mark.parametrize("facets", ["bars", "flexible"])
 def test_points_represent_the_area_of_the_sheet(facets: str) -> None:
     scene = build_scene(fsm.load(pressed(facets, 0.02))._loaded.case)
-    assert scene.touching is not None
+    assert scene.built.touching is not None
     wanted, _ = sheet_spacing(scene)
     parts = sheet_parts(scene)
-    points = scene.touching.points(parts)
-    assert parts > 1 and scene.touching.longest_edge / parts <= wanted
+    points = scene.built.touching.points(parts)
+    assert parts > 1 and scene.built.touching.longest_edge / parts <= wanted
     assert sum(point.area for point in points.values()) == pytest.approx(SIDE * WIDTH)
-    assert sum(point.area for point in scene.touching.points(1).values()) == pytest.approx(SIDE * WIDTH)
+    assert sum(point.area for point in scene.built.touching.points(1).values()) == pytest.approx(SIDE * WIDTH)
     middle = sum(
-        point.area * np.array(point.weights) @ scene.touching.positions[list(point.nodes)] for point in points.values()
+        point.area * np.array(point.weights) @ scene.built.touching.positions[list(point.nodes)] for point in points.values()
     )
-    triangles = scene.touching.positions[scene.touching.triangles]
+    triangles = scene.built.touching.positions[scene.built.touching.triangles]
     sizes = 0.5 * np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1)
     np.testing.assert_allclose(middle, sizes @ triangles.mean(axis=1), atol=1e-9)
-    assert len(points_inside(scene)) == len(points) - len(scene.touching.frames)
+    assert len(points_inside(scene)) == len(points) - len(scene.built.touching.frames)
 
 
 def test_a_ball_that_could_pass_between_the_points_is_a_fault() -> None:

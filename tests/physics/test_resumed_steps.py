@@ -18,6 +18,7 @@ from fsm.solve.outcome.energy_balance import EnergyBalance
 from fsm.solve.outcome.run_io import AcceptedStep, CurvePoint
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
+from tests.runs import run
 from tests.scene_text import BLOCK_AND_HAND, ROPE
 
 CASE = BLOCK_AND_HAND + ROPE + '[save]\ninterval = "2 ms"\n'
@@ -76,6 +77,5 @@ def test_steps_grow_without_numerical_damping(tmp_path: Path, method: str) -> No
     """A block falls on a spring; if all steps were as short as the first, there would be 17,000."""
     text = CASE.replace("[save]", "[x]").split("[x]")[0].replace('"hand"\nouter', '"ground"\nouter')
     text += f'[solve]\nmethod = "{method}"\nend_time = "0.6 s"\n' + ("rho_inf = 1.0\n" if method != "newmark" else "")
-    (tmp_path / "case.toml").write_text("gravity = [0, 0, -9.81]\n" + text, encoding="utf-8")
-    summary = run_case(load_case(tmp_path / "case.toml"), tmp_path / "out", progress=False)
+    _, summary = run(tmp_path, "gravity = [0, 0, -9.81]\n" + text)
     assert summary["steps"] < 2000

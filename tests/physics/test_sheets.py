@@ -23,6 +23,7 @@ from fsm.model.compile.compile import compile_scene
 from fsm.model.elements.actuators import ActuatorGroup
 from fsm.run.run_case import run_case
 from fsm.solve.equations.newton import equilibrium
+from tests.runs import run
 from validation.sheets.origami import miura_force
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "miura_push" / "case.toml"
@@ -339,9 +340,7 @@ interval = 25
 
 def test_creases_that_stay_behind_are_named_with_the_reason(tmp_path: Path) -> None:
     """Two crossing lines of a square cannot fold together: the sheet folds along one of them."""
-    case = tmp_path / "case.toml"
-    case.write_text(CROSS, encoding="utf-8")
-    summary = run_case(load_case(case), tmp_path / "out", progress=False, figures=False)
+    _, summary = run(tmp_path, CROSS)
     assert summary["folded"]["least"] < 1e-3 and len(summary["folded"]["creases"]) == 2
     (text,) = [warning for warning in summary["warnings"] if "less than half of the rest angle" in warning]
     told = "rigid facets do not allow all these fold angles together: the mountains and valleys at vertex 5 cannot all"
@@ -380,8 +379,8 @@ def test_motion_of_a_sheet(tmp_path: Path) -> None:
 
 def test_rigid_facets_that_cannot_follow_a_drive(tmp_path: Path) -> None:
     """A tube of rigid triangles cannot be compressed: the run warns that its creases open."""
-    case = tmp_path / "case.toml"
-    case.write_text(
+    _, summary = run(
+        tmp_path,
         """
         [sheet]
         kind = "kresling"
@@ -406,9 +405,7 @@ def test_rigid_facets_that_cannot_follow_a_drive(tmp_path: Path) -> None:
         [solve]
         method = "static"
         """,
-        encoding="utf-8",
     )
-    summary = run_case(load_case(case), tmp_path / "out", progress=False)
     assert any("rigid facets cannot follow this motion" in warning for warning in summary["warnings"])
     assert summary["joint_opening"] > 1e-4
 

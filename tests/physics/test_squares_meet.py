@@ -7,9 +7,8 @@ from typing import Any
 
 import pytest
 
-from fsm.case.loading.load_case import load_case
 from fsm.errors import EnergyAbort, NotConverged
-from fsm.run.run_case import run_case
+from tests.runs import run
 
 LATTICE = """
 [lattice]
@@ -33,9 +32,7 @@ travel = {travel}
 
 
 def solved(folder: Path, **values: Any) -> dict[str, Any]:
-    path = folder / "case.toml"
-    path.write_text(LATTICE.format(**{"columns": 2, "spacing": 0.01, "hinge": 0.0005} | values))
-    return run_case(load_case(path), folder / "out", progress=False)
+    return run(folder, LATTICE.format(**{"columns": 2, "spacing": 0.01, "hinge": 0.0005} | values))[1]
 
 
 def test_a_lattice_pressed_too_far_says_so_where_it_fails(tmp_path: Path) -> None:

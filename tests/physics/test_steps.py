@@ -6,7 +6,6 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +16,7 @@ from fsm.errors import NotConverged
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
 from fsm.run.run_case import run_case
+from tests.runs import run
 from tests.scene_text import BLOCK_AND_HAND, ROPE, spring
 
 BLOCK = BLOCK_AND_HAND + spring("wall", "block", "ground", 300.0) + ROPE
@@ -30,13 +30,6 @@ direction = [1, 0, 0]
 travel = "30 mm"
 speed = "10 mm/s"
 """
-
-
-def run(tmp_path: Path, text: str, *overrides: str) -> tuple[Solution, dict[str, Any]]:
-    path = tmp_path / "case.toml"
-    path.write_text(text, encoding="utf-8")
-    summary = run_case(load_case(path, overrides), tmp_path / "out", progress=False)
-    return read_solution(tmp_path / "out" / "result.h5"), summary
 
 
 def place(solution: Solution, body: str) -> np.ndarray:

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-from fsm.case.loading.load_case import load_case
 from fsm.case.models.time_program import Cycle, Ramp
 from fsm.model.bodies.drive import Travel, parts, run_up, time_function
 from fsm.results.solution import Solution
-from fsm.results.store import read_solution
-from fsm.run.run_case import run_case
+from tests.runs import run
 
 MASS, STIFFNESS = 2.0, 300.0
 BLOCK = f"""
@@ -33,13 +30,6 @@ rotation = [1.0, 1.0, 1.0]
 channels = ["support.block.force", "body.block.velocity"]
 """
 GO = '[[step]]\nname = "go"\nkind = "dynamic"\nduration = "0.3 s"\nrelease = ["block"]\n'
-
-
-def run(tmp_path: Path, text: str) -> tuple[Solution, dict[str, Any]]:
-    path = tmp_path / "case.toml"
-    path.write_text(text, encoding="utf-8")
-    summary = run_case(load_case(path), tmp_path / "out", progress=False)
-    return read_solution(tmp_path / "out" / "result.h5"), summary
 
 
 def channel(solution: Solution, name: str) -> np.ndarray:

@@ -9,10 +9,9 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from fsm.case.loading.load_case import load_case
 from fsm.cli.command_line import cli
 from fsm.errors import NotConverged
-from fsm.run.run_case import run_case
+from tests.runs import run
 
 STRIP = """
 [strip]
@@ -64,9 +63,7 @@ end_time = "50 ms"
 
 
 def solved(folder: Path, text: str) -> dict[str, Any]:
-    path = folder / "case.toml"
-    path.write_text(text)
-    return run_case(load_case(path), folder / "out", progress=False)
+    return run(folder, text)[1]
 
 
 def strip(folder: Path, young: float, method: str = "static") -> dict[str, Any]:

@@ -6,7 +6,6 @@ and a moment beside a force count.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from fsm.model.contact.contacts import ContactGroup
 from fsm.model.contact.surfaces.surface_contacts import SurfaceContacts
 from fsm.model.system.system import SegmentSystem
 from fsm.solve.time.scipy_ivp import FirstOrder
+from tests.tangents import fine_differences
 
 RELATIVE = 1e-6
 SPATIAL = pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])
@@ -154,18 +154,6 @@ def on_tips(system: SegmentSystem, q: np.ndarray, u: np.ndarray) -> tuple[np.nda
     return np.array([overshoot(*row, 0.0)[0] for row in zip(s, stations, length, straight, strict=True)]), straight
 
 
-def differences(function: Callable[[np.ndarray], np.ndarray], at: np.ndarray, step: np.ndarray) -> np.ndarray:
-    """Fourth-order central differences of f(at + dx), one column for each direction."""
-    columns = []
-    for j, h in enumerate(step):
-        move = np.zeros(len(step))
-        move[j] = h
-        near = function(at + move) - function(at - move)
-        far = function(at + 2 * move) - function(at - 2 * move)
-        columns.append((8 * near - far) / (12 * h))
-    return np.column_stack(columns)
-
-
 def assert_same(exact: np.ndarray, found: np.ndarray, noise: float = 0.0) -> None:
     rows, columns = np.abs(found).max(axis=1), np.abs(found).max(axis=0)
     scale = np.sqrt(np.outer(rows, columns))
@@ -180,12 +168,11 @@ def check(
     system: SegmentSystem, q: np.ndarray, u: np.ndarray, t: float = 1.0, size: float = 1e-4
 ) -> tuple[np.ndarray, np.ndarray]:
     exact_k, exact_d = (matrix.toarray() for matrix in system.tangent(t, q, u))
-    zero = np.zeros(system.nu)
     rounding = 1e-13 * np.abs(system.force(t, q, u)).max()
-    found = -differences(lambda dx: system.force(t, system.retract(q, dx), u), zero, steps(system, size))
+    found = -fine_differences(lambda dx: system.force(t, system.retract(q, dx), u), steps(system, size))
     assert_same(exact_k, found, rounding / steps(system, size).min())
     # small enough that no contact opens within a step
-    found = -differences(lambda v: system.force(t, q, v), u, steps(system, 1e-3))
+    found = -fine_differences(lambda v: system.force(t, q, u + v), steps(system, 1e-3))
     assert_same(exact_d, found, rounding / steps(system, 1e-3).min())
     return exact_k, exact_d
 
@@ -313,7 +300,7 @@ def test_whole_tangent_of_a_quasi_static_step(spatial: bool, friction: str) -> N
     exact = linear.stiffness.bsr().toarray() + linear.damping.bsr().toarray() / duration
     rounding = 1e-13 * np.abs(force(np.zeros(system.nu))).max()
     step = steps(system, 1e-6)
-    assert_same(exact, -differences(force, np.zeros(system.nu), step), rounding / step.min())
+    assert_same(exact, -fine_differences(force, step), rounding / step.min())
 
 
 def test_gyroscopic_moments() -> None:
@@ -339,7 +326,7 @@ def test_first_order_jacobian(spatial: bool, off: float) -> None:
     y = np.concatenate([q, u])
     scales = system.scales()
     step = np.concatenate([1e-6 * scales.configuration, np.full(system.nu, 1e-3) * steps(system, 1.0)])
-    found = differences(lambda state: equations.rate(1.0, state), y, step)
+    found = fine_differences(lambda change: equations.rate(1.0, y + change), step)
     exact = equations.jacobian(1.0, y).toarray()
     nq = system.nq
     rate = np.abs(equations.rate(1.0, y))

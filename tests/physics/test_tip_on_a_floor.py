@@ -12,43 +12,12 @@ from fsm.model.compile.compile_case import compile_case
 from fsm.solve.outcome.run_io import SavedState
 from fsm.solve.settings import PathSettings
 from fsm.solve.statics.static import follow
+from tests.case_texts import STRIP_ON_A_FLOOR
 
 MU = 0.3
-CASE = f"""
-[strip]
-length = "440 mm"
-width = "36 mm"
-thickness = "0.35 mm"
-panels = 4
-fold_angle = "64 deg"
-segments_per_panel = 4
-held = [1]
-[material]
-young = "3.6 GPa"
-density = "1280 kg/m^3"
-damping = "4 ms"
-[crease]
-law = "linear"
-stiffness = "11 N mm/rad"
-[contact]
-[friction]
-FRICTION
-mu_dynamic = {MU}
-[[obstacle]]
-name = "floor"
-shape = "plane"
-position = [0, 0, "-1 mm"]
-[[drive]]
-crease = 3
-direction = [1, 0, 0]
-speed = "1.5 mm/s"
-travel = "16 mm"
-"""
-
-
 LAWS = {
-    "tanh": 'law = "tanh"\nv_static = "10 um/s"',
-    "lugre": f'law = "lugre"\nmu_static = {MU}\nv_stribeck = "5 mm/s"\npresliding = "1 um"',
+    "tanh": f'law = "tanh"\nmu_dynamic = {MU}\nv_static = "10 um/s"',
+    "lugre": f'law = "lugre"\nmu_static = {MU}\nmu_dynamic = {MU}\nv_stribeck = "5 mm/s"\npresliding = "1 um"',
 }
 
 
@@ -59,7 +28,7 @@ def test_a_sliding_tip_is_followed_without_a_snap(tmp_path: Path, law: str, spat
 
     The work of bristles, which also act at rest, was missing in the energy balance.
     """
-    (tmp_path / "case.toml").write_text(CASE.replace("FRICTION", LAWS[law]))
+    (tmp_path / "case.toml").write_text(STRIP_ON_A_FLOOR.replace("FRICTION", LAWS[law]))
     system = compile_case(load_case(tmp_path / "case.toml", [f"solve.spatial={str(spatial).lower()}"]).case)[1]
     motion, saved = system.motions[0], list[SavedState]()
     settings = PathSettings(motion.end_time, motion.time_of(1e-4), rtol=1e-6)

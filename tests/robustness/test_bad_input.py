@@ -13,21 +13,10 @@ from hypothesis import strategies as st
 from fsm.case.loading.load_case import load_case
 from fsm.cli.command_line import cli
 from fsm.errors import CaseError
+from tests.case_texts import strip
 
-CASE = """
-[strip]
-length = 0.48
-width = 0.04
-thickness = 3e-4
-panels = 6
-fold_angle = "80 deg"
-[material]
-young = 3e9
-density = 800
-[crease]
-law = "linear"
-stiffness = 9.0e-3
-[[drive]]
+CASE = f"""
+{strip()}[[drive]]
 crease = 3
 speed = "2 mm/s"
 travel = "150 mm"
@@ -232,7 +221,7 @@ ONE_MISTAKE = {
         "line 4: expected newline or end of document after a statement in `width = 40 mm`; "
         "put text and numbers with a unit in quotes",
     ),
-    "broken TOML": (("[material]", "[material"), "line 8: expected ']' at the end of a table declaration"),
+    "broken TOML": (("[material]", "[material"), "line 9: expected ']' at the end of a table declaration"),
 }
 
 

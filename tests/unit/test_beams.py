@@ -15,6 +15,7 @@ from fsm.model.nodes.loading import Forcing, Loading
 from fsm.model.nodes.mesh import Mesh, node_pattern
 from fsm.model.nodes.system.system import AncfSystem
 from fsm.solve.equations.newton import equilibrium
+from tests.tangents import differences
 
 STEEL = BarMaterial(2e11, 0.3, 7850.0, 0.02, 0.01, damping=1e-3)
 ELEMENTS = ("section", "green", "cable")
@@ -86,15 +87,10 @@ def test_force_and_tangents_follow_from_the_energy(element, kink):
     group.add_linearised(q, u, slots, out, *blocks)
     k, d = (b.reshape(n // 2, n // 2, 2, 2).transpose(0, 2, 1, 3).reshape(n, n) for b in blocks)
     assert out == pytest.approx(force(q, u), rel=1e-12)
-    h = 1e-7
-    scale = np.abs(k).max()
-    for i in range(n):
-        step = np.zeros(n)
-        step[i] = h
-        slope = (group.energy(q + step, None)[0] - group.energy(q - step, None)[0]) / (2 * h)
-        assert -force(q, None)[i] == pytest.approx(slope, abs=3e-8 * scale)
-        assert k[:, i] == pytest.approx(-(force(q + step, u) - force(q - step, u)) / (2 * h), abs=1e-6 * scale)
-        assert d[:, i] == pytest.approx(-(force(q, u + step) - force(q, u - step)) / (2 * h), abs=1e-6 * np.abs(d).max())
+    steps, scale = np.full(n, 1e-7), np.abs(k).max()
+    assert force(q, None) == pytest.approx(-differences(lambda x: group.energy(q + x, None)[0], steps), abs=3e-8 * scale)
+    assert k == pytest.approx(-differences(lambda x: force(q + x, u), steps), abs=1e-6 * scale)
+    assert d == pytest.approx(-differences(lambda x: force(q, u + x), steps), abs=1e-6 * np.abs(d).max())
     assert group.energy(q, u)[1] == pytest.approx(-(force(q, u) - force(q, None)) @ u, rel=1e-10)
 
 

@@ -2,12 +2,7 @@
 
 from __future__ import annotations
 
-import os
-import pickle
-import subprocess
-import sys
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +12,7 @@ from fsm.interactions.search.box_tree import fit_tree, nearest_piece, window_pie
 from fsm.interactions.search.chord import chord_boxes, chord_distance, chords_planar, chords_spatial
 from fsm.interactions.surfaces.surface import pieces_of
 from fsm.kernels.rotation import rotation_matrix
+from tests.without_compiler import without_compiler
 
 SPATIAL = pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])
 
@@ -252,21 +248,7 @@ def evaluate() -> list[Any]:
     return found
 
 
-PROGRAM = """
-import importlib.util, pickle, sys
-spec = importlib.util.spec_from_file_location("evaluation", sys.argv[1])
-module = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(module)
-assert not hasattr(module.fit_tree, "signatures"), "compiled after all"
-sys.stdout.buffer.write(pickle.dumps(module.evaluate()))
-"""
-
-
 def test_compiled_is_what_python_says() -> None:
-    environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
-    result = subprocess.run(
-        [sys.executable, "-c", PROGRAM, str(Path(__file__))], capture_output=True, env=environment, check=False
-    )
-    assert result.returncode == 0, result.stderr.decode()
-    for compiled, python in zip(evaluate(), pickle.loads(result.stdout), strict=True):
+    wanted = without_compiler(__file__, "fsm.interactions.search.box_tree.fit_tree")
+    for compiled, python in zip(evaluate(), wanted, strict=True):
         np.testing.assert_array_equal(compiled, python)

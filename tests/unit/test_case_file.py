@@ -14,29 +14,18 @@ from fsm.case.models.case import Case, root
 from fsm.case.models.materials import LinearCrease, SplineCrease
 from fsm.case.schema.schema import locate
 from fsm.errors import CaseError
+from tests.case_texts import strip
 
-CASE = """
+CASE = f"""
 title = "a strip, 80°, \\"low\\""
-[strip]
-length = 0.48
-width = 0.04
-thickness = 3e-4
-panels = 6
-fold_angle = "80 deg"
-[material]
-young = 3e9
-density = 800
-[crease]
-law = "linear"
-stiffness = 9.0e-3
-[contact]
+{strip()}[contact]
 stiffness = "1e9 N/m^1.5"
 [[drive]]
 crease = 3
 speed = "2 mm/s"
 travel = "150 mm"
 [expect]
-peak_force = { value = 1.99, rtol = 0.02 }
+peak_force = {{ value = 1.99, rtol = 0.02 }}
 """
 
 MILLIMETRES = """

@@ -24,6 +24,7 @@ from fsm.interactions.triangles.triangles_pass import (
     work_space,
 )
 from fsm.model.bodies.group import body_pattern
+from tests.tangents import differences
 
 ONE, NODES = np.zeros(1, dtype=np.int64), np.arange(4)
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [1.0, 0.1, 0.2], [0.2, 0.9, -0.1]])
@@ -90,14 +91,7 @@ CASES = pytest.mark.parametrize(("name", "find", "places", "free"), cases(), ids
 
 def central(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray, step: float = 1e-5) -> np.ndarray:
     """Derivatives by all positions; the last axis is 3 node + component."""
-    columns = []
-    for i in range(x.size):
-        moved = x.ravel().copy()
-        moved[i] += step
-        ahead = function(moved.reshape(x.shape))
-        moved[i] -= 2.0 * step
-        columns.append((ahead - function(moved.reshape(x.shape))) / (2.0 * step))
-    return np.stack(columns, axis=-1)
+    return differences(lambda dx: function(x + dx.reshape(x.shape)), np.full(x.size, step))
 
 
 def in_order(find: Callable[[np.ndarray], Found]) -> Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]:

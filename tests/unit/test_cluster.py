@@ -18,27 +18,9 @@ from fsm.errors import CaseError
 from fsm.io.provenance import made_by
 from fsm.run.rows import Job, Row, run_rows
 from fsm.run.workers import run_chunk, run_jobs
+from tests.unit.test_each_stage_once import DRIVE, STRIP
 
 distributed = pytest.importorskip("distributed")
-CASE = """
-[strip]
-length = 0.24
-width = 0.04
-thickness = 3e-4
-panels = 4
-fold_angle = 1.2
-segments_per_panel = 2
-[material]
-young = 3e9
-density = 800
-[crease]
-law = "linear"
-stiffness = 9e-3
-[[drive]]
-crease = 2
-speed = 1e-3
-travel = 1e-3
-"""
 
 
 @pytest.fixture
@@ -60,7 +42,7 @@ def bits(rows: Iterator[Row]) -> list[tuple[int, dict[str, object], bytes, str]]
 
 @pytest.mark.nightly
 def test_rows_are_the_same_on_any_workers(tmp_path: Path, cluster: distributed.LocalCluster) -> None:
-    (tmp_path / "case.toml").write_text(CASE)
+    (tmp_path / "case.toml").write_text(STRIP + DRIVE)
     rows = [f"{k},{2e-4 + 1e-5 * k}\n" for k in range(5)]
     (tmp_path / "table.csv").write_text("case,strip.thickness\n" + "".join(rows))
     jobs = [Job(case.loaded, curves=("force",)) for case in load_table(tmp_path / "table.csv")]

@@ -3,7 +3,6 @@ the broad phase."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from fsm.model.compile.compile import compile_scene
 from fsm.model.contact.contacts import ContactGroup
 from fsm.model.contact.surfaces.surface_contacts import SurfaceContacts
 from fsm.model.system.system import SegmentSystem
+from tests.tangents import fine_differences
 
 PARTS = pytest.mark.parametrize("straight", [0.0, STRAIGHT], ids=["interior", "end probe"])
 SPATIAL = pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])
@@ -102,16 +102,6 @@ def slid(system: SegmentSystem, slide: float, depth: float, noise: float = 0.0) 
     return system.retract(system.retract(system.initial()[0], move.ravel()), off.ravel())
 
 
-def differences(function: Callable[[np.ndarray], float], size: np.ndarray) -> np.ndarray:
-    slopes = []
-    for j, h in enumerate(size):
-        move = np.zeros(len(size))
-        move[j] = h
-        near, far = function(move) - function(-move), function(2 * move) - function(-2 * move)
-        slopes.append((8 * near - far) / (12 * h))
-    return np.array(slopes)
-
-
 @SPATIAL
 @pytest.mark.parametrize("thick", [False, True], ids=["middle", "thickness"])
 def test_force_is_minus_the_slope_of_the_contact_energy(spatial: bool, thick: bool) -> None:
@@ -125,7 +115,7 @@ def test_force_is_minus_the_slope_of_the_contact_energy(spatial: bool, thick: bo
     force = contact_force(system, q, rest)[0][system.bodies.free].ravel()
     assert np.count_nonzero(force) > 10
     size = np.tile([1e-7] * (system.size // 2 + (system.size == 3)) + [1e-5] * (1 if system.size == 3 else 3), 16)
-    np.testing.assert_allclose(force, -differences(energy, size), atol=1e-7 * np.abs(force).max())
+    np.testing.assert_allclose(force, -fine_differences(energy, size), atol=1e-7 * np.abs(force).max())
 
 
 def assert_balanced(force: np.ndarray, poses: np.ndarray) -> None:
@@ -197,7 +187,7 @@ def test_force_on_a_tip_is_minus_the_slope_of_the_contact_energy(
     force = contact_force(system, q, rest)[0][system.bodies.free].ravel()
     assert np.abs(force).max() > 0.1
     size = np.tile([1e-7] * (system.size // 2 + (system.size == 3)) + [1e-5] * (1 if system.size == 3 else 3), 16)
-    np.testing.assert_allclose(force, -differences(energy, size), atol=1e-7 * np.abs(force).max())
+    np.testing.assert_allclose(force, -fine_differences(energy, size), atol=1e-7 * np.abs(force).max())
 
 
 @PASTS

@@ -16,6 +16,7 @@ from fsm.errors import CaseError
 from fsm.model.compile.compile_case import compile_case
 from fsm.registry import GEOMETRIES
 from fsm.run.run_case import run_case
+from tests.tangents import check_force, check_tangents
 
 PAGE = Path(__file__).parents[2] / "docs" / "extend" / "contact_geometry.md"
 BALL = '''
@@ -194,18 +195,9 @@ def agree(system: Any, drop: float, tilt: float) -> None:
     random = np.random.default_rng(3)
     q = system.retract(q, np.concatenate([[0.0, 0.0, drop], tilt * random.normal(size=3)]))
     u = random.normal(size=system.nu)
-
-    def by_difference(function: Any, step: float = 1e-7) -> np.ndarray:
-        return np.array([(function(step * e) - function(-step * e)) / (2.0 * step) for e in np.eye(system.nu)]).T
-
-    stored = by_difference(lambda d: system.energy(0.0, system.retract(q, d), None).stored)
-    force = system.force(0.0, q, None)
-    np.testing.assert_allclose(force, -stored, atol=1e-6 * np.abs(force).max())
-    stiffness, damping = (matrix.toarray() for matrix in system.tangent(0.0, q, u))
-    by_q = by_difference(lambda d: system.force(0.0, system.retract(q, d), u))
-    by_u = by_difference(lambda d: system.force(0.0, q, u + d), 1e-6)
-    np.testing.assert_allclose(stiffness, -by_q, atol=1e-5 * np.abs(stiffness).max())
-    np.testing.assert_allclose(damping, -by_u, atol=1e-5 * np.abs(damping).max())
+    check_force(system, q, 1e-7, 1e-6)
+    check_tangents(system, q, u, (1e-7, 1e-6), 1e-5)
+    stiffness = system.tangent(0.0, q, u)[0].toarray()
     assert np.abs(stiffness[3:, 3:]).max() > 1e-6 * np.abs(stiffness).max()
 
 

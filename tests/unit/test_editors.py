@@ -12,7 +12,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from fsm.case.loading.json_schema import case_schema
-from fsm.case.loading.key_help import all_keys, help_lines
+from fsm.case.loading.key_help import _pages, help_lines
 from fsm.case.models.case import Strip, root
 from fsm.case.models.sheet import Sheet
 from fsm.case.schema.schema import facts_of, section_of
@@ -98,7 +98,7 @@ def test_pages_of_keys() -> None:
 
 def test_every_key_has_a_page_with_a_meaning() -> None:
     """Each key has a help page with its type, default and meaning."""
-    keys = all_keys()
+    keys = _pages()
     assert {"strip.panels", "scene.films.mesh", "step.drive.travel", "vibration.probes"} <= set(keys)
     for key in keys:
         lines = help_lines(key)

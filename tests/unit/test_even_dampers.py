@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,11 +9,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from fsm.case.loading.load_case import load_case
+from fsm.kernels.blocks import BlockMatrix
 from fsm.kernels.body_poses import retract_poses
 from fsm.model.bodies.group import BlockSums, BodyState, PreviousPoses, body_pattern
 from fsm.model.elements.elements import BushingGroup
-from fsm.run.run_case import run_case
+from tests.runs import run
+from tests.tangents import differences
 
 BODIES = np.array([[0, 1]])
 DAMPING = 0.7
@@ -70,32 +70,21 @@ def tangents(
     force, stiffness, damping = np.zeros((2, 6)), pattern.zeros(), pattern.zeros()
     group.add_linearised(BodyState(0.0, poses, rates, past), BlockSums(pattern, force, stiffness, damping))
     np.testing.assert_allclose(force, force_of(group, poses, rates, past), atol=1e-12)
-    whole = [np.zeros((12, 12)), np.zeros((12, 12))]
-    for i, (first, last) in enumerate(itertools.pairwise(pattern.indptr)):
-        for slot in range(first, last):
-            j = pattern.indices[slot]
-            for matrix, data in zip(whole, (stiffness, damping), strict=True):
-                matrix[6 * i : 6 * i + 6, 6 * j : 6 * j + 6] = data[slot]
-    return whole[0], whole[1]
+    return BlockMatrix(pattern, stiffness).bsr().toarray(), BlockMatrix(pattern, damping).bsr().toarray()
 
 
-def differences(group: BushingGroup, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None) -> list[np.ndarray]:
+def by_difference(group: BushingGroup, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None) -> list[np.ndarray]:
     """-dh/dx and -dh/du."""
-    h, found = 1e-5, [np.zeros((12, 12)), np.zeros((12, 12))]
-    for i in range(12):
-        step = np.zeros(12)
-        step[i] = h
-        moved = [force_of(group, retract_poses(poses.ravel(), s * step).reshape(2, 7), rates, past) for s in (1, -1)]
-        faster = [force_of(group, poses, rates + s * step.reshape(2, 6), past) for s in (1, -1)]
-        for matrix, (ahead, back) in zip(found, (moved, faster), strict=True):
-            matrix[:, i] = (back - ahead).ravel() / (2 * h)
-    return found
+    steps = np.full(12, 1e-5)
+    moved = differences(lambda x: force_of(group, retract_poses(poses.ravel(), x).reshape(2, 7), rates, past).ravel(), steps)
+    faster = differences(lambda x: force_of(group, poses, rates + x.reshape(2, 6), past).ravel(), steps)
+    return [-moved, -faster]
 
 
 @SWINGS
 def test_tangents(swing: float) -> None:
     group, poses, rates = joint(swing, 2)
-    for found, wanted in zip(tangents(group, poses, rates, None), differences(group, poses, rates, None), strict=True):
+    for found, wanted in zip(tangents(group, poses, rates, None), by_difference(group, poses, rates, None), strict=True):
         np.testing.assert_allclose(found, wanted, atol=1e-7)
 
 
@@ -105,7 +94,7 @@ def test_tangents_of_differences_from_a_past_state(swing: float, turn: float) ->
     group, poses, rates = joint(swing, 6)
     past = PreviousPoses(retract_poses(poses.ravel(), turn * rates.ravel()).reshape(2, 7), 0.5)
     stiffness, damping = tangents(group, poses, rates, past)
-    wanted, _ = differences(group, poses, rates, past)
+    wanted, _ = by_difference(group, poses, rates, past)
     np.testing.assert_allclose(stiffness + damping / past.duration, wanted, atol=1e-6)
 
 
@@ -193,7 +182,5 @@ end_time = "0.8 s"
 
 def test_a_rod_on_a_ball_joint_turns_all_the_way(tmp_path: Path) -> None:
     """The swing passes 180 degrees at 0.54 s."""
-    case = tmp_path / "case.toml"
-    case.write_text(ROD, encoding="utf-8")
-    summary = run_case(load_case(case), tmp_path / "out", progress=False)
+    _, summary = run(tmp_path, ROD)
     assert summary["energy_error"] < 1e-4

@@ -17,6 +17,7 @@ from fsm.errors import CaseError
 from fsm.model.compile.compile_case import compile_case
 from fsm.run.run_case import run_case
 from fsm.run.table import run_table
+from tests.tangents import check_force, check_tangents
 
 LAW = """
 import numpy as np
@@ -89,20 +90,8 @@ def test_tangents_of_an_added_law(spatial: bool, tmp_path: Path) -> None:
     q, u = system.initial()
     q = system.retract(q, 0.05 * rng.normal(size=system.nu))
     u = rng.normal(size=system.nu)
-    stiffness, damping = (matrix.toarray() for matrix in system.tangent(0.0, q, u))
-    for matrix, force in (
-        (stiffness, lambda d: system.force(0.0, system.retract(q, d), u)),
-        (damping, lambda d: system.force(0.0, q, u + d)),
-    ):
-        step, columns = 1e-6, np.eye(system.nu)
-        by_difference = np.array([(force(step * e) - force(-step * e)) / (2.0 * step) for e in columns]).T
-        np.testing.assert_allclose(matrix, -by_difference, atol=2e-6 * np.abs(matrix).max())
-
-    def stored(d: np.ndarray) -> float:
-        return system.energy(0.0, system.retract(q, d), None).stored
-
-    still = np.array([(stored(1e-6 * e) - stored(-1e-6 * e)) / 2e-6 for e in np.eye(system.nu)])
-    np.testing.assert_allclose(system.force(0.0, q, None), -still, atol=1e-5 * np.abs(still).max())
+    check_tangents(system, q, u, (1e-6, 1e-6), 2e-6)
+    check_force(system, q, 1e-6)
 
 
 def test_geometric_stiffness_of_a_constant_effort(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from fsm.case.models.scene import Body, ContactPair, ForceElement, Plate, Scene
 from fsm.errors import CaseError
 from fsm.model.compile.compile_joined import compile_model
 from fsm.model.joined.system import JoinedSystem
+from tests.tangents import differences
 
 STIFFNESS, THICKNESS = 1e6, 1e-4
 
@@ -94,12 +95,7 @@ def test_tangents_of_contact_are_those_of_the_force() -> None:
     assert system.observe(0.0, q, u).pairs.force[0] > 0.0
 
     def slopes(moved, size: float) -> np.ndarray:
-        columns = []
-        for k in range(system.nu):
-            step = np.zeros(system.nu)
-            step[k] = size
-            columns.append(-(moved(step) - moved(-step)) / (2.0 * size))
-        return np.array(columns).T[np.ix_(free, free)]
+        return -differences(moved, np.full(system.nu, size))[np.ix_(free, free)]
 
     # rows of points of the plate: the rows of the film have the stiffness of the film, which is far larger
     stiffness = slopes(lambda d: system.force(0.0, system.retract(q, d), u), 1e-9)[:6]

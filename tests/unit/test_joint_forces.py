@@ -15,6 +15,7 @@ from fsm.kernels.programs import Piece, Program
 from fsm.model.bodies.group import BlockSums, BodyState, body_pattern
 from fsm.model.elements import joint_laws as laws
 from fsm.model.elements.joint_forces import JointForceGroup
+from tests.tangents import differences
 
 _ENERGETIC = 8
 """Laws with an energy, without friction and motors."""
@@ -96,17 +97,17 @@ def test_forces_and_tangents(kind: int) -> None:
         dense = [np.block([[data[0], data[1]], [data[2], data[3]]]) for data in (stiffness, damping)]
         return force[1:].ravel(), stored, dense[0], dense[1]
 
-    none, units, step = np.zeros(12), np.eye(12), 1e-6
+    none, steps = np.zeros(12), np.full(12, 1e-6)
     _, _, stiffness, damping = at(none, none)
-    slopes = np.array([(at(step * e, none)[0] - at(-step * e, none)[0]) / (2.0 * step) for e in units]).T
+    slopes = differences(lambda x: at(x, none)[0], steps)
     assert stiffness == pytest.approx(-slopes, abs=1e-6 * np.abs(slopes).max())
-    slopes = np.array([(at(none, step * e)[0] - at(none, -step * e)[0]) / (2.0 * step) for e in units]).T
+    slopes = differences(lambda x: at(none, x)[0], steps)
     assert damping == pytest.approx(-slopes, abs=1e-7 * np.abs(slopes).max())
     rates[:] = 0.0
     springs.laws[_ENERGETIC:] = springs.laws[1]  # a stop
     springs.programs[1:] = -1
     springs.first[laws.TABLES * _ENERGETIC :] = springs.first[laws.TABLES * _ENERGETIC]
-    slopes = np.array([(at(step * e, none)[1] - at(-step * e, none)[1]) / (2.0 * step) for e in units])
+    slopes = differences(lambda x: at(x, none)[1], steps)
     assert at(none, none)[0] == pytest.approx(-slopes, abs=1e-6 * np.abs(slopes).max())
 
 

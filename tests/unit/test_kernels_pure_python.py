@@ -2,11 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import pickle
-import subprocess
-import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,6 +10,7 @@ import pytest
 from fsm.builders.strip import build_strip
 from fsm.case.models.case import Case
 from fsm.model.compile.compile import compile_scene
+from tests.without_compiler import without_compiler
 
 
 def evaluate(spatial: bool) -> dict[str, Any]:
@@ -59,25 +55,10 @@ def evaluate(spatial: bool) -> dict[str, Any]:
     }
 
 
-PROGRAM = """
-import importlib.util, pickle, sys
-spec = importlib.util.spec_from_file_location("evaluation", sys.argv[1])
-module = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(module)
-from fsm.laws.crease import crease_moment
-assert not hasattr(crease_moment, "signatures"), "compiled after all"
-sys.stdout.buffer.write(pickle.dumps([module.evaluate(spatial) for spatial in (False, True)]))
-"""
-
-
 @pytest.fixture(scope="module")
 def pure_python() -> list[dict[str, Any]]:
-    environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
-    result = subprocess.run(
-        [sys.executable, "-c", PROGRAM, str(Path(__file__))], capture_output=True, env=environment, check=False
-    )
-    assert result.returncode == 0, result.stderr.decode()
-    return pickle.loads(result.stdout)
+    both = "[module.evaluate(spatial) for spatial in (False, True)]"
+    return without_compiler(__file__, "fsm.laws.crease.crease_moment", both)
 
 
 @pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])

@@ -11,6 +11,7 @@ from fsm.kernels.blocks import BlockMatrix
 from fsm.model.nodes.assembly import slots_of
 from fsm.model.nodes.beams.hinge import HingeGroup, Latches
 from fsm.model.nodes.mesh import node_pattern
+from tests.tangents import differences
 
 LIMIT, STIFFNESS, DAMPING = 0.4, 3.0, 0.2
 INITIAL, SIGN = 0.7, -1.0
@@ -62,27 +63,18 @@ def test_tangent_against_differences(latched, depth, rate):
     group.add_linearised(q, u, slots, force, stiffness, damping)
     assert np.array_equal(force, force_of(group, q, u))
     assert bool(np.any(force)) == (latched or (depth > 0.0 and rate > -1.0 / DAMPING))
-    step = 1e-6
-    for analytic, by_q in ((stiffness, True), (damping, False)):
-        differences = np.empty((4, 4))
-        for k in range(4):
-            change = step * np.eye(4)[k]
-            ends = [
-                force_of(group, q + s * change, u) if by_q else force_of(group, q, u + s * change) for s in (-1.0, 1.0)
-            ]
-            differences[:, k] = (ends[0] - ends[1]) / (2.0 * step)
-        assert BlockMatrix(pattern, analytic).bsr().toarray() == pytest.approx(differences, abs=1e-8)
+    for analytic, moved in (
+        (stiffness, lambda x: force_of(group, q + x, u)), (damping, lambda x: force_of(group, q, u + x)),
+    ):  # fmt: skip
+        by_force = -differences(moved, np.full(4, 1e-6))
+        assert BlockMatrix(pattern, analytic).bsr().toarray() == pytest.approx(by_force, abs=1e-8)
 
 
 @EITHER_WAY
 def test_forces_are_those_of_the_energies(latched, depth, rate):
     """At rest the force is the gradient of the energy; in motion the additional power is dissipated and never negative."""
     group, q, u = moving(latched, depth, rate)
-    step = 1e-6
-    slope = np.array([
-        (group.energy(q + step * axis, None)[0] - group.energy(q - step * axis, None)[0]) / (2.0 * step)
-        for axis in np.eye(4)
-    ])  # fmt: skip
+    slope = differences(lambda x: group.energy(q + x, None)[0], np.full(4, 1e-6))
     still = force_of(group, q, None)
     assert still == pytest.approx(-slope, abs=1e-8)
     dissipated = group.energy(q, u)[1]

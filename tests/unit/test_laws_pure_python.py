@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import pickle
-import subprocess
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from fsm.case.models.contact import FRICTION_KEYS, NORMAL_KEYS, Contact, Friction
 from fsm.laws.friction import FRICTION_LAWS
 from fsm.laws.normal import NORMAL_LAWS
+from tests.without_compiler import without_compiler
 
 GIVEN = {
     "damping": 40.0, "ramp": 1e-4, "restitution": 0.4, "mu_static": 0.3, "v_static": 1e-3, "v_dynamic": 1e-2,
@@ -47,25 +42,9 @@ def evaluate() -> dict[str, tuple[np.ndarray, ...]]:
     return seen
 
 
-PROGRAM = """
-import importlib.util, pickle, sys
-spec = importlib.util.spec_from_file_location("evaluation", sys.argv[1])
-module = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(module)
-from fsm.laws.normal.hertz import hertz
-assert not hasattr(hertz, "signatures"), "compiled after all"
-sys.stdout.buffer.write(pickle.dumps(module.evaluate()))
-"""
-
-
 @pytest.fixture(scope="module")
 def pure_python() -> dict[str, tuple[np.ndarray, ...]]:
-    result = subprocess.run(
-        [sys.executable, "-c", PROGRAM, str(Path(__file__))],
-        capture_output=True, env=os.environ | {"NUMBA_DISABLE_JIT": "1"}, check=False,
-    )  # fmt: skip
-    assert result.returncode == 0, result.stderr.decode()
-    return pickle.loads(result.stdout)
+    return without_compiler(__file__, "fsm.laws.normal.hertz.hertz")
 
 
 def test_compiled_is_what_python_says(pure_python: dict[str, tuple[np.ndarray, ...]]) -> None:

@@ -38,7 +38,7 @@ def test_mesh_of_a_pattern(kind: str, grading: float) -> None:
     """All triangles are counter-clockwise and fill the faces; neighbours share nodes, and the initial state has no force."""
     data = case(kind=kind, mesh_grading=[grading, grading], **KINDS[kind])
     assert data.sheet is not None
-    mesh, pattern = build_scene(data).facets.mesh, pattern_of(data.sheet)
+    mesh, pattern = build_scene(data).built.facets.mesh, pattern_of(data.sheet)
     along = np.roll(mesh.plane, -1, axis=1) - mesh.plane
     area = 0.5 * (along[:, 0, 0] * along[:, 1, 1] - along[:, 0, 1] * along[:, 1, 0])
     assert area.min() > 0.0
@@ -61,14 +61,14 @@ def test_mesh_of_a_pattern(kind: str, grading: float) -> None:
 def test_creases_of_flexible_facets(kind: str) -> None:
     """Fold angles at all nodes are those of the pattern, in any position; the tangent is the derivative of the force."""
     scene, system = compile_case(case(kind=kind, **KINDS[kind]))
-    assert isinstance(system, JoinedSystem) and scene.facets is not None and scene.facets.folds is not None
+    assert isinstance(system, JoinedSystem) and scene.built.facets is not None and scene.built.facets.folds is not None
     (creases,) = (group for group in system.elements.mesh.groups if group.name == "creases")
     q, _ = system.initial()
     turn, _ = np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3)))
     turn *= np.sign(np.linalg.det(turn))
     turned = (q.reshape(-1, 3) @ turn.T).ravel()
     for state in (q, turned):
-        np.testing.assert_allclose(creases.angles(state), scene.facets.folds.start, atol=1e-9)
+        np.testing.assert_allclose(creases.angles(state), scene.built.facets.folds.start, atol=1e-9)
     random = np.random.default_rng(5)
     moved, direction = q + 1e-2 * random.normal(size=len(q)), random.normal(size=len(q))
     numeric = (creases.energy(moved + 1e-6 * direction, None)[0] - creases.energy(moved - 1e-6 * direction, None)[0]) / 2e-6
@@ -91,7 +91,7 @@ def test_polygons_are_divided() -> None:
         "vertices": vertices, "edges": edges, "assignment": ["B"] * 5, "angles": [0.0] * 5, "faces": [[0, 1, 2, 3, 4]],
         "mesh_size": 0.5,
     }  # fmt: skip
-    facets = build_scene(case(**sheet)).facets
+    facets = build_scene(case(**sheet)).built.facets
     assert facets.mesh.area == pytest.approx(2.5 * np.sin(2.0 * np.pi / 5.0), rel=1e-12)
     assert not facets.mesh.creases and facets.folds is None
     assert not facets.mesh.facet.any()
@@ -108,7 +108,7 @@ def test_flat_lines_of_a_folded_sheet() -> None:
         vertices = [[x, y, z] for y in (0.0, 1.0) for x, z in line]
         sheet = {"vertices": vertices, "edges": edges, "assignment": letters, "angles": [0.0] * 7, "faces": faces}
         data = case(mesh_size=0.5, **sheet)
-        facets = build_scene(data).facets
+        facets = build_scene(data).built.facets
         smooth = angle < 1.0
         assert facets.mesh.curved == smooth
         assert len(facets.mesh.creases) == (0 if smooth else 1)
@@ -131,7 +131,7 @@ def test_too_fine_a_mesh_is_refused() -> None:
 def test_graded_mesh_of_a_pattern() -> None:
     """Divisions of a graded crease follow a sine, and each node has half of the divisions beside it."""
     data = case(kind="miura", mesh_grading=[1.0, 1.0], **(KINDS["miura"] | {"mesh_size": 0.025}))
-    mesh = build_scene(data).facets.mesh
+    mesh = build_scene(data).built.facets.mesh
     crease = max(mesh.creases, key=lambda one: len(one.sectors))
     places = mesh.positions[crease.sectors[:, 0]]
     steps = np.linalg.norm(np.diff(places, axis=0), axis=1)

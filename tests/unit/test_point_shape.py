@@ -20,6 +20,7 @@ from fsm.model.contact.array_contacts import add_geometric_tangent
 from fsm.model.contact.contact_table import ActiveContacts, ContactKinematics
 from fsm.model.contact.shapes.shape_contacts import ShapeContacts
 from fsm.model.contact.shapes.shape_tables import Shape, TableBuilder
+from tests.tangents import fine_differences
 
 STIFFNESS, DAMPING, MU, CREEP = 3e5, 0.4, 0.3, 0.05
 
@@ -343,20 +344,9 @@ def test_action_and_reaction(case: str) -> None:
 def test_force_is_minus_the_slope_of_the_energy(case: str) -> None:
     state = any_state(case)
     rest = State(state.contacts, state.poses, np.zeros_like(state.rates))
-    slopes = differences(lambda step: np.array([rest.moved(step).energy()]), rest.rates.size, 1e-5)[0]
+    slopes = fine_differences(lambda step: rest.moved(step).energy(), np.full(rest.rates.size, 1e-5))
     force = rest.force().ravel()
     np.testing.assert_allclose(force, -slopes, atol=2e-7 * np.abs(force).max())
-
-
-def differences(function: Any, count: int, h: float) -> np.ndarray:
-    """Derivatives of a vector function by each of its increments, of fourth order."""
-    columns = []
-    for j in range(count):
-        step = np.zeros(count)
-        step[j] = h
-        near, far = function(step) - function(-step), function(2 * step) - function(-2 * step)
-        columns.append((8 * near - far) / (12 * h))
-    return np.array(columns).T
 
 
 @EVERY
@@ -373,7 +363,7 @@ def test_tangents_are_derivatives_of_the_force(case: str, with_friction: bool) -
         return State(state.contacts, state.poses, state.rates + step.reshape(state.rates.shape)).force(with_friction).ravel()
 
     for exact, function, h in ((stiffness, by_place, 2e-5), (damping, by_rate, 1e-3)):
-        numeric = -differences(function, count, h)
+        numeric = -fine_differences(function, np.full(count, h))
         np.testing.assert_allclose(exact, numeric, atol=2e-7 * np.abs(numeric).max())
         assert np.abs(numeric).max() > 0.1
 

@@ -23,24 +23,13 @@ from fsm.errors import CaseError
 from fsm.model.faults.overlap import Outline, find_overlaps, near_boxes, outlines
 from fsm.views.pictures import preview as module
 from fsm.views.pictures.preview import preview
+from tests.case_texts import strip
 
 ROOT = Path(__file__).parents[2]
 CONTACT = {"stiffness": 1e5}
-STRIP = """
+STRIP = f"""
 gravity = [0, 0, -9.81]
-[strip]
-length = 0.48
-width = 0.04
-thickness = 3e-4
-panels = 6
-fold_angle = "80 deg"
-[material]
-young = 3e9
-density = 800
-[crease]
-law = "linear"
-stiffness = 9e-3
-[solve]
+{strip()}[solve]
 end_time = 1.0
 """
 

@@ -20,6 +20,7 @@ from fsm.interactions.surfaces.surface import TIP
 from fsm.model.compile.compile_case import compile_case
 from fsm.model.contact.surfaces.surface_contacts import SurfaceContacts
 from fsm.model.plan.planned import save_times
+from tests.unit.test_compile import strip_case
 
 CONTACT = {"stiffness": 1e6, "damping": 3.0}
 STEP = {"mu_static": 0.3, "mu_dynamic": 0.2, "v_static": 1e-3, "v_dynamic": 1e-2}
@@ -27,22 +28,8 @@ SPLINE = {"law": "spline", "angle": [0.0, 1.0, 2.0], "moment": [0.0, 5e-3, 8e-3]
 CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
 
 
-def strip_case(**sections: Any) -> Case:
-    strip = {
-        "length": 0.48, "width": 0.04, "thickness": 3e-4, "panels": 6, "fold_angle": "80 deg", "segments_per_panel": 4,
-    }  # fmt: skip
-    data: dict[str, Any] = {
-        "title": "a strip",
-        "strip": strip | sections.pop("strip", {}),
-        "material": {"young": 3e9, "density": 800} | sections.pop("material", {}),
-        "crease": {"law": "linear", "stiffness": 9e-3},
-        "drive": [{"crease": 3, "speed": "2 mm/s", "travel": "40 mm"} | sections.pop("pull", {})],
-    }
-    return Case.model_validate(data | sections)
-
-
 def text_of(**sections: Any) -> str:
-    return "\n".join(describe(strip_case(**sections)))
+    return "\n".join(describe(strip_case(title="a strip", **sections)))
 
 
 def said(text: str, *wanted: str) -> None:

@@ -18,6 +18,7 @@ from fsm.interactions.shapes.shape_distance import (
     shape_derivatives,
     shape_distance,
 )
+from tests.tangents import differences
 
 SIZES = {
     HALF_SPACE: np.zeros(3),
@@ -93,20 +94,19 @@ def test_inside_it_is_minus_the_distance_to_the_nearest_face() -> None:
 def test_derivatives_are_those_of_the_distance(kind: int) -> None:
     """At random points, no nearer to a change of feature than the step is long."""
     rng, size = np.random.default_rng(10 + kind), SIZES[kind]
-    gradient, hessian, h = np.empty(3), np.empty((3, 3)), 1e-5
+    gradient, hessian, steps = np.empty(3), np.empty((3, 3)), np.full(3, 1e-5)
     bent = 0
+
+    def gradient_at(point: np.ndarray) -> np.ndarray:
+        found = np.empty(3)
+        shape_derivatives(kind, size, point, found, np.empty((3, 3)))
+        return found
+
     for point in rng.uniform(-1, 1, (200, 3)):
         value = shape_derivatives(kind, size, point, gradient, hessian)
         assert value == shape_distance(kind, size, point)
-        rows = []
-        slopes = np.empty((3, 3))
-        for j in range(3):
-            step = h * np.eye(3)[j]
-            rows.append((shape_distance(kind, size, point + step) - shape_distance(kind, size, point - step)) / (2 * h))
-            ahead, behind, unused = np.empty(3), np.empty(3), np.empty((3, 3))
-            shape_derivatives(kind, size, point + step, ahead, unused)
-            shape_derivatives(kind, size, point - step, behind, unused)
-            slopes[:, j] = (ahead - behind) / (2 * h)
+        rows = differences(lambda x, at=point: shape_distance(kind, size, at + x), steps)
+        slopes = differences(lambda x, at=point: gradient_at(at + x), steps)
         np.testing.assert_allclose(gradient, rows, atol=1e-7)
         assert np.linalg.norm(gradient) == pytest.approx(1.0, abs=1e-14)
         np.testing.assert_allclose(hessian, slopes, atol=1e-6 * max(1.0, np.abs(hessian).max() ** 2))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fsm.case.loading.load_case import load_case
 from fsm.case.models.case import Case
 from fsm.case.models.contact import Contact
 from fsm.case.models.obstacle import Obstacle
@@ -20,7 +18,7 @@ from fsm.model.compile.compile import compile_scene
 from fsm.model.compile.compile_case import compile_case
 from fsm.model.faults.overlap import find_pierced
 from fsm.model.faults.separate import overlaps
-from fsm.run.run_case import run_case
+from tests.runs import run
 
 OUTLINE = Plate(length=0.02, width=0.015, thickness=1e-3)
 MASS = 0.02 * 0.015 * 1e-3 * 1000
@@ -177,8 +175,8 @@ def test_thrown_plates_are_moved_apart(seed: int, spatial: bool) -> None:
 
 
 def test_the_warning_is_in_the_summary(tmp_path: Path) -> None:
-    path = tmp_path / "case.toml"
-    path.write_text(
+    _, summary = run(
+        tmp_path,
         """
 gravity = [0, 0, -9.81]
 [[scene.bodies]]
@@ -198,8 +196,6 @@ stiffness = 1e7
 resolve_overlap = true
 [solve]
 end_time = 1e-3
-"""
+""",
     )
-    run_case(load_case(path), tmp_path / "out", progress=False)
-    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert any("moved apart; the largest displacement is 0.1 mm, of a" in text for text in summary["warnings"])

@@ -16,42 +16,13 @@ from fsm.solve.settings import PathSettings
 from fsm.solve.statics.path_model import SystemPath
 from fsm.solve.statics.static import follow
 from fsm.solve.stepping import path_state as stepping
+from tests.case_texts import STRIP_ON_A_FLOOR
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
 SOFT = ["expect=none", "strip.segments_per_panel=4", "contact.stiffness=3e6 N/m^1.5"]
 COULOMB = ["friction={mu_static=0.3, mu_dynamic=0.2, v_static=1e-4, v_dynamic=2e-4}"]
 BRISTLES = ['friction={law="lugre", mu_static=0.3, mu_dynamic=0.25, v_stribeck=1e-3, presliding="20 um"}']
-FLOOR = """
-[strip]
-length = "440 mm"
-width = "36 mm"
-thickness = "0.35 mm"
-panels = 4
-fold_angle = "64 deg"
-segments_per_panel = 4
-held = [1]
-[material]
-young = "3.6 GPa"
-density = "1280 kg/m^3"
-damping = "4 ms"
-[crease]
-law = "linear"
-stiffness = "11 N mm/rad"
-[contact]
-[friction]
-law = "tanh"
-mu_dynamic = 0.2
-v_static = "1 mm/s"
-[[obstacle]]
-name = "floor"
-shape = "plane"
-position = [0, 0, "-1 mm"]
-[[drive]]
-crease = 3
-direction = [1, 0, 0]
-speed = "1.5 mm/s"
-travel = "16 mm"
-"""
+FLOOR = STRIP_ON_A_FLOOR.replace("FRICTION", 'law = "tanh"\nmu_dynamic = 0.2\nv_static = "1 mm/s"')
 DAMPED = ["expect=none", "strip.segments_per_panel=4", "material.damping=20 s", 'drive.0.travel="120 mm"']
 CASES = {
     "plane": [],

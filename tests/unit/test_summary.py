@@ -12,17 +12,15 @@ import numpy as np
 import pytest
 
 from fsm.analyses.deploy_warnings import _unstable_at_end, pull_warnings
-from fsm.case.loading.load_case import load_case
 from fsm.results.solution import ENERGIES, Layout, Solution
-from fsm.results.store import read_solution
 from fsm.run.round_off import RoundOff
-from fsm.run.run_case import run_case
 from fsm.run.summary import summary_of, unstable_passages
 from fsm.run.summary_text import summary_lines
 from fsm.solve.outcome.energy_balance import EnergyBalance
 from fsm.solve.outcome.run_io import Statistics
 from fsm.solve.outcome.status import Event
 from fsm.solve.settings import Settings
+from tests.runs import run
 
 
 def warned(
@@ -109,10 +107,9 @@ every = "1 mm"
 
 def extrapolated(folder: Path, *overrides: str) -> tuple[list[str], Solution]:
     """Warnings for creases beyond their data in a run of the strip, and the results of the run."""
-    (folder / "case.toml").write_text(STRIP, encoding="utf-8")
-    summary = run_case(load_case(folder / "case.toml", overrides), folder / "out", progress=False)
+    solution, summary = run(folder, STRIP, *overrides)
     found = [line for line in summary["warnings"] if "measured angles" in line]
-    return found, read_solution(folder / "out" / "result.h5")
+    return found, solution
 
 
 def openings(solution: Solution, crease: int) -> np.ndarray:
@@ -193,8 +190,7 @@ travel = "TRAVEL mm"
 @pytest.mark.parametrize(("travel", "told"), [(40, False), (94.1, True)])
 def test_a_strip_that_is_stretched_is_told_of(tmp_path: Path, travel: float, told: bool) -> None:
     """From crease 1 to the driven segment, 94 mm along and 11 mm down, it reaches to 93 mm, less at its bend of 60 deg."""
-    (tmp_path / "case.toml").write_text(TAUT.replace("TRAVEL", str(travel)))
-    warnings = run_case(load_case(tmp_path / "case.toml"), tmp_path / "out", progress=False)["warnings"]
+    warnings = run(tmp_path, TAUT.replace("TRAVEL", str(travel)))[1]["warnings"]
     pattern = r"stretched by over 1 % from ([\d.]+) mm of travel on, by ([\d.]+) % at its end"
     matches = [match for text in warnings if (match := re.search(pattern, text))]
     assert bool(matches) == told

@@ -24,22 +24,10 @@ from fsm.run.workers import JobOutcome
 from fsm.views.plots.drawing import drawing
 from fsm.views.plots.parameters import plot_parameters
 from fsm.views.plots.study import varied_inputs
+from tests.case_texts import strip
 
-CASE = """
-[strip]
-length = 0.48
-width = 0.04
-thickness = 3e-4
-panels = 6
-fold_angle = "80 deg"
-segments_per_panel = 2
-[material]
-young = 3e9
-density = 800
-[crease]
-law = "linear"
-stiffness = 9.0e-3
-[contact]
+CASE = f"""
+{strip("segments_per_panel = 2")}[contact]
 stiffness = 1e5
 [[drive]]
 crease = 3

@@ -123,7 +123,7 @@ def test_a_box_and_vertices_are_mirrored_as_the_edge(outline: str, tmp_path: Pat
             plate = {"kind": "plate", "facets": "flexible", "length": 0.2, "width": 0.05, "thickness": 1e-3, "mesh": [8, 3]}
             plate["support"] = case["sheet"]["support"]
             case = {key: case[key] for key in ("material", "solve")} | {"sheet": plate}
-        facets = build_scene(fsm.load(case, folder=tmp_path).model).facets
+        facets = build_scene(fsm.load(case, folder=tmp_path).model).built.facets
         assert facets is not None
         return dict(facets.held)
 

@@ -18,7 +18,7 @@ import numpy as np
 from fsm.builders.patterns.of_sheet import facets_named
 from fsm.case.models.chambers import Chamber, Lid
 from fsm.case.models.gas import Gas
-from fsm.errors import CaseError, Fault
+from fsm.errors import CaseError, Fault, fault_at
 from fsm.text.shown_units import count, shown_points
 
 _NEAR = 1e-9
@@ -61,10 +61,8 @@ def chamber_of(gas: Gas, surface: SheetSurface, path: str) -> Chamber:
     CaseError
         The chamber is open or has a cut, its planes do not give its volume, or it has no volume for the gas at the start.
     """
-    try:
+    with fault_at(f"{path}.at"):
         facets = facets_named(gas.at, int(surface.facet.max()) + 1)
-    except ValueError as error:
-        raise CaseError(Fault(f"{path}.at", str(error))) from None
     own = np.isin(surface.facet, facets)
     triangles = surface.triangles[own]
     axes, origin = _field(gas, path)

@@ -28,7 +28,7 @@ from fsm.case.models.case import Case
 from fsm.case.models.facet_mesh import FacetMesh
 from fsm.case.models.sheet import Sheet
 from fsm.case.pattern_files.pattern import ASSIGNMENTS, Pattern, edge_groups
-from fsm.errors import CaseError, Fault
+from fsm.errors import CaseError, Fault, fault_at
 
 
 @lru_cache(maxsize=4)
@@ -40,20 +40,16 @@ def pattern_of(sheet: Sheet) -> Pattern:
     CaseError
         The pattern is faulty.
     """
-    try:
+    with fault_at("sheet"):
         pattern = _generated(sheet)
-    except ValueError as error:
-        raise CaseError(Fault("sheet", str(error))) from None
     pattern = pattern if sheet.facets in ("rigid", "flexible") else pattern.with_bend_lines()
     try:
         pattern = fold_pattern(pattern, sheet.fold)
     except ValueError as error:
         stuck = bad_lines(pattern, sheet.facets != "rigid")
         raise CaseError(Fault("sheet.fold", "; ".join([str(error), *stuck]))) from None
-    try:
+    with fault_at("sheet.align"):
         return pattern if sheet.align is None else _in_mean_plane(pattern)
-    except ValueError as error:
-        raise CaseError(Fault("sheet.align", str(error))) from None
 
 
 def _in_mean_plane(pattern: Pattern) -> Pattern:

@@ -39,7 +39,7 @@ from fsm.case.models.sheet_parts import Box
 from fsm.case.models.spring import SceneCord, SceneSpring
 from fsm.case.pattern_files.pattern import Pattern
 from fsm.case.schema.known_names import nearest_name
-from fsm.errors import CaseError, Fault
+from fsm.errors import CaseError, Fault, fault_at
 
 _STRAIGHT = 1e-6
 """Sine of the angle between parts of a line up to which it is straight."""
@@ -97,8 +97,8 @@ def with_sheet_frames(case: Case, scene: Scene, more: Scene) -> tuple[Scene, Sce
 
 def _places_of(case: Case, scene: Scene) -> _OnMesh | _OnTruss | _OnFacets:
     assert case.sheet is not None
-    if scene.facets is not None:
-        return _OnMesh(scene.facets)
+    if scene.built.facets is not None:
+        return _OnMesh(scene.built.facets)
     pattern = pattern_of(case.sheet)
     return _OnTruss(pattern) if case.sheet.facets == "bars" else _OnFacets(pattern)
 
@@ -248,7 +248,7 @@ class _Places(ABC):
         """Add a frame at its place; with `near`, the point of a facet may be off it."""
         at, facet = frame.place, facet_number(frame.place)
         assert at is not None
-        try:
+        with fault_at(path):
             if facet is not None:
                 self.put(frame.name, self.inside(facet, np.array(frame.at), near), facet)
             elif isinstance(at, str) and is_line(at):
@@ -256,8 +256,6 @@ class _Places(ABC):
                 self.put(frame.name, line.point(frame.at[0]) if frame.at else line.frame(), self.facet_of(line))
             else:
                 self.at_vertex(frame.name, at, path)
-        except ValueError as error:
-            raise CaseError(Fault(path, str(error))) from None
 
     def facet_of(self, line: SheetLine) -> int:
         """Facet that carries the frame of a line, from 0."""
@@ -319,10 +317,8 @@ class _OnMesh(_Places):
         return body
 
     def _place(self, at: str | Box, path: str) -> MeshPlace:
-        try:
+        with fault_at(path):
             return mesh_place(self.facets.mesh, at)
-        except ValueError as error:
-            raise CaseError(Fault(path, str(error))) from None
 
 
 class _OnVertices(_Places):
@@ -362,10 +358,8 @@ class _OnVertices(_Places):
         return found
 
     def _place(self, at: str | Box, path: str) -> Place:
-        try:
+        with fault_at(path):
             return place_of(self.pattern, at)
-        except ValueError as error:
-            raise CaseError(Fault(path, str(error))) from None
 
     @abstractmethod
     def _frame(self, name: str, vertex: int) -> None:

@@ -33,7 +33,7 @@ from fsm.case.models.sheet_parts import Box, SheetSupport
 from fsm.case.models.time_program import Ramp
 from fsm.case.models.touching import TouchingSheet
 from fsm.case.plan.step_items import releases, steps_from
-from fsm.errors import CaseError, Fault
+from fsm.errors import CaseError, Fault, fault_at
 
 
 def contact_of_nodes(case: Case) -> dict[str, Any]:
@@ -158,10 +158,8 @@ class _FlexibleBuilder:
         )  # fmt: skip
 
     def _place(self, at: str | Box, path: str) -> MeshPlace:
-        try:
+        with fault_at(path):
             return mesh_place(self.facets.mesh, at)
-        except ValueError as error:
-            raise CaseError(Fault(path, str(error))) from None
 
     # supports -------------------------------------------------------------------------------------------------------
 

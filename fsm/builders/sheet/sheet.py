@@ -31,7 +31,7 @@ from fsm.case.models.scene import DIRECTIONS, GROUND, Body, ContactPair, ForceEl
 from fsm.case.models.sheet import Sheet
 from fsm.case.models.time_program import Ramp
 from fsm.case.pattern_files.pattern import Pattern
-from fsm.errors import CaseError, Fault
+from fsm.errors import CaseError, Fault, fault_at
 
 _HINGE = tuple(name for name in DIRECTIONS if name != "psi")
 """Locked directions of a crease."""
@@ -295,10 +295,8 @@ class _Attachment(NamedTuple):
 
 def sheet_place(pattern: Pattern, at: object, path: str) -> Place:
     """Place of a sheet; if there is no such place, an error with the path of the key."""
-    try:
+    with fault_at(path):
         return place_of(pattern, at)  # type: ignore[arg-type]
-    except ValueError as error:
-        raise CaseError(Fault(path, str(error))) from None
 
 
 def _hinge_axes(frames: FacetFrames, faces: np.ndarray, along: np.ndarray) -> np.ndarray:

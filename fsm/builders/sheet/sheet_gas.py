@@ -133,7 +133,7 @@ def with_gas_of_panels(
             u, v = (faces[left].index(vertex) for vertex in pattern.edges[joint.edge].tolist())
             third, fourth = (_beside(pattern, panel, joint.edge) for panel in (left, right))
             folds[joint.name] = first[left] + third, first[left] + u, first[left] + v, first[right] + fourth
-    closed = [sealed(faces, chamber.facets, chamber.caps) for chamber in scene.chambers]
+    closed = [sealed(faces, chamber.facets, chamber.caps) for chamber in scene.built.chambers]
     surface = PanelSurface(
         tuple(scene.bodies[number].name for number in owner), frames.local(owner, corners), corners,
         tuple(one for one, _ in closed), tuple(lids for _, lids in closed), folds,
@@ -165,7 +165,7 @@ def with_gas(case: Case, scene: Scene, surface: SheetSurface) -> Scene:
         _check_filled(gas, case.orifice, f"gas.{number}.pressure")
     for number, orifice in enumerate(case.orifice):
         _check_orifice(orifice, chambers, f"orifice.{number}.between")
-        data = scene.folds if scene.facets is None else scene.facets.folds
+        data = scene.built.folds if scene.built.facets is None else scene.built.facets.folds
         if data is None:
             names = tuple(element.name for element in scene.elements if element.kind == "crease")
         else:

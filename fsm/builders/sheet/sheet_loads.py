@@ -17,7 +17,7 @@ from fsm.case.models.case import Case
 from fsm.case.models.facet_mesh import FacetMesh, MeshPoint
 from fsm.case.models.loads import PART, Load
 from fsm.case.pattern_files.pattern import Pattern
-from fsm.errors import CaseError, Fault
+from fsm.errors import CaseError, Fault, fault_at
 from fsm.text.shown_units import shown_points
 
 
@@ -42,10 +42,8 @@ def loads_on_mesh(case: Case, loads: Iterable[Load]) -> tuple[Load, ...]:
 def pressed_facets(mesh: FacetMesh, load: Load, path: str) -> tuple[int, ...]:
     """Numbers (from 0) of the facets on which a pressure acts; raises the same errors as `loads_on_mesh`."""
     assert isinstance(load.at, str)
-    try:
+    with fault_at(f"{path}.at"):
         return facets_named(load.at, int(mesh.facet.max()) + 1)
-    except ValueError as error:
-        raise CaseError(Fault(f"{path}.at", str(error))) from None
 
 
 def load_parts(mesh: FacetMesh, load: Load, path: str) -> list[tuple[Load, MeshPoint]]:
@@ -53,10 +51,8 @@ def load_parts(mesh: FacetMesh, load: Load, path: str) -> list[tuple[Load, MeshP
     `loads_on_mesh`.
     """
     assert load.at is not None
-    try:
+    with fault_at(f"{path}.at"):
         place = mesh_place(mesh, load.at)
-    except ValueError as error:
-        raise CaseError(Fault(f"{path}.at", str(error))) from None
     of_line = np.array([load.force_per_length, load.moment_per_length])
     if of_line.any() and not len(place.edges):
         text = f'{place.name} has no length; give `force` or `moment`, or an edge, for example "edge left"'
@@ -136,10 +132,8 @@ def _placed(case: Case, pattern: Pattern, frames: Frames, load: Load, path: str)
     assert case.sheet is not None and load.at is not None
     if load.pressure is not None:
         return _pressed(case, pattern, frames, load, path)
-    try:
+    with fault_at(f"{path}.at"):
         place = place_of(pattern, load.at)
-    except ValueError as error:
-        raise CaseError(Fault(f"{path}.at", str(error))) from None
     bars = case.sheet.facets == "bars"
     if place.facet is not None and not bars:
         return [load.model_copy(update={"at": None, "body": facet_name(place.facet)})]
@@ -156,10 +150,8 @@ def _placed(case: Case, pattern: Pattern, frames: Frames, load: Load, path: str)
 def _pressed(case: Case, pattern: Pattern, frames: Frames, load: Load, path: str) -> list[Load]:
     """Pressure on facets; rigid facets have a force at each centroid that rotates with the facet."""
     assert case.sheet is not None and isinstance(load.at, str) and load.pressure is not None
-    try:
+    with fault_at(f"{path}.at"):
         facets = facets_named(load.at, len(pattern.faces))
-    except ValueError as error:
-        raise CaseError(Fault(f"{path}.at", str(error))) from None
     if case.sheet.facets == "bars":
         return [load]
     area = frames().area

@@ -54,8 +54,8 @@ def contact_points(scene: Scene) -> dict[str, tuple[ContactPoint, ...]]:
         return {}
     named = {name for pair in scene.pairs for name in (pair.first, pair.second)}
     found = {film.name: _of_film(film, points_along(scene, film)) for film in scene.films if film.name in named}
-    if scene.touching is not None and SHEET in named:
-        found[SHEET] = _of_sheet(scene.touching, sheet_parts(scene))
+    if scene.built.touching is not None and SHEET in named:
+        found[SHEET] = _of_sheet(scene.built.touching, sheet_parts(scene))
     return found | {name: _of_line(line, points_along(scene, line)) for name, line in scene.lines.items() if name in named}
 
 
@@ -137,16 +137,16 @@ def sheet_spacing(scene: Scene) -> tuple[float, float]:
 
 def sheet_parts(scene: Scene) -> int:
     """Parts into which the points divide each edge of the triangles of a sheet."""
-    assert scene.touching is not None
-    return scene.touching.parts(sheet_spacing(scene)[0])
+    assert scene.built.touching is not None
+    return scene.built.touching.parts(sheet_spacing(scene)[0])
 
 
 def points_inside(scene: Scene) -> dict[str, SheetPoint]:
     """Contact points of the sheet inside and on the edges of its triangles, by name; without the nodes."""
     named = {name for pair in scene.pairs for name in (pair.first, pair.second)}
-    if scene.touching is None or scene.contact is None or SHEET not in named:
+    if scene.built.touching is None or scene.contact is None or SHEET not in named:
         return {}
-    points = scene.touching.points(sheet_parts(scene))
+    points = scene.built.touching.points(sheet_parts(scene))
     return {name: point for name, point in points.items() if len(point.nodes) > 1}
 
 
@@ -210,7 +210,7 @@ def contact_sides(scene: Scene) -> dict[str, ContactSide]:
     known |= {obstacle.name: ContactSide("obstacle", (obstacle.body or GROUND,)) for obstacle in scene.obstacles}
     known |= {body.name: ContactSide("plate", (body.name,)) for body in scene.bodies if body.plate is not None}
     for name, points in contact_points(scene).items():
-        face = scene.touching.mean_facet if scene.touching is not None and name == SHEET else None
+        face = scene.built.touching.mean_facet if scene.built.touching is not None and name == SHEET else None
         known[name] = ContactSide("film", tuple(point.frame.name for point in points), face)
     known |= {group.name: ContactSide("group", group.bodies, group.face) for group in scene.groups}
     return known | {surface.name: ContactSide("surface", surface.bodies) for surface in scene.surfaces}

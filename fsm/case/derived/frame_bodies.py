@@ -279,9 +279,9 @@ def _frame_body(frame: SceneFrame, scene: Scene, inside: dict[str, SheetPoint]) 
     if film is not None:
         return _on_film(frame, film)
     if frame.name in inside:
-        assert scene.touching is not None
+        assert scene.built.touching is not None
         point = inside[frame.name]
-        place = np.array(point.weights) @ scene.touching.positions[list(point.nodes)]
+        place = np.array(point.weights) @ scene.built.touching.positions[list(point.nodes)]
         return _body(frame.name, place, (1.0, 0.0, 0.0, 0.0))
     truss = next((truss for truss in scene.trusses if truss.name == frame.on), None)
     if truss is not None and frame.point is not None:

@@ -68,11 +68,6 @@ def help_lines(key: str) -> list[str]:
     raise CaseError(f'unknown key "{key[:60]}"{did_you_mean(path, names)}; `fsm help` lists the sections', "help")
 
 
-def all_keys() -> tuple[str, ...]:
-    """Paths of all keys of a case and of the files of studies; the paths have no item numbers."""
-    return tuple(_pages())
-
-
 def _pages() -> dict[str, tuple[Place, str]]:
     """Place of the section and name of each key, by the path of the key without item numbers."""
     added = {path: (section, key) for name, place in _added() for path, section, key in _walk(name, place)}

@@ -62,17 +62,17 @@ class _Line(Model):
         default=()
     )  # fmt: skip
 
-
-class SceneCable(_Line):
-    """Straight cable of ANCF elements with a round section; it bends and stretches, and has no torsion."""
-
-    diameter: Length = Key("diameter of the round section", gt=0)
-
     @model_validator(mode="after")
     def _long(self) -> Self:
         if self.start == self.end:
             raise ValueError("start and end are the same point; give different points")
         return self
+
+
+class SceneCable(_Line):
+    """Straight cable of ANCF elements with a round section; it bends and stretches, and has no torsion."""
+
+    diameter: Length = Key("diameter of the round section", gt=0)
 
 
 class SceneBeam(_Line):
@@ -87,8 +87,6 @@ class SceneBeam(_Line):
 
     @model_validator(mode="after")
     def _in_plane(self) -> Self:
-        if self.start == self.end:
-            raise ValueError("start and end are the same point; give different points")
         if abs(self.end[1] - self.start[1]) > 1e-9 * math.dist(self.start, self.end):
             raise ValueError(
                 f"a beam lies in a plane y = const; start has y = {self.start[1]:g} m, end y = {self.end[1]:g} m; "

@@ -6,9 +6,9 @@ from itertools import pairwise
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError, ValidationInfo, field_validator, model_validator
-from pydantic_core import PydanticCustomError
 
 from fsm.case.models.joint_motor import SlideMotor, TurnMotor
+from fsm.case.models.law_keys import refuse
 from fsm.case.models.materials import FamilyCrease, LinearCrease, SplineCrease
 from fsm.case.schema.model import Key, Model
 from fsm.case.schema.units import (
@@ -332,13 +332,13 @@ def action_of(value: Any, info: ValidationInfo, turning: bool, sliding: bool) ->
         return value
     key = str(info.field_name)
     if turning == sliding:
-        _refuse(f"acts on the one coordinate of a revolute, prismatic or screw joint, not on kind {info.data.get('kind')!r}")
+        refuse(f"acts on the one coordinate of a revolute, prismatic or screw joint, not on kind {info.data.get('kind')!r}")
     try:
         if turning and key == "spring":
             return _HINGE_SPRING.validate_python(value, context=info.context)
         return (OF_TURNS if turning else OF_SLIDES)[key].model_validate(value, context=info.context)
     except ValidationError as error:
-        _refuse("; ".join(_fault(detail) for detail in error.errors(include_url=False)))
+        refuse("; ".join(_fault(detail) for detail in error.errors(include_url=False)))
 
 
 def _fault(detail: Any) -> str:
@@ -349,7 +349,3 @@ def _fault(detail: Any) -> str:
         return f"{place}: missing; this key is required"
     message = str(detail["ctx"]["error"]) if detail["type"] == "value_error" else detail["msg"]
     return f"{place}: {message}" if place else message
-
-
-def _refuse(text: str) -> Any:
-    raise PydanticCustomError("quantity", "{text}", {"text": text})

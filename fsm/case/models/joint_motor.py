@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from itertools import pairwise
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 from pydantic import model_validator
 
@@ -21,7 +21,7 @@ class _Motor(Model):
     def completed(cls, written: Mapping[str, Any]) -> Mapping[str, Any]:
         """Amount and `time` of a section such as `speed = { value = "2 deg/s", kind = "ramp", end = "1 s" }`."""
         found = dict(written)
-        for key in cls._amounts():
+        for key in cls.amounts:
             given = found.get(key)
             if isinstance(given, Mapping) and "time" not in found:
                 parts = dict(given)
@@ -30,37 +30,37 @@ class _Motor(Model):
                 found |= {"time": time} if time else {}
         return found
 
-    @classmethod
-    def _amounts(cls) -> tuple[str, ...]:
-        return tuple(key for key in ("speed", "angle", "travel", "torque", "force") if key in cls.model_fields)
+    amounts: ClassVar[tuple[str, str, str]]
+    """Keys of rate, way and effort."""
 
     @property
     def way(self) -> float | None:
         """Prescribed change of the coordinate, times `time`; None without."""
-        return None
+        way: float | None = getattr(self, self.amounts[1])
+        return way
 
     @property
     def effort(self) -> float | None:
         """Prescribed moment or force at the motor, times `time`; None without."""
-        return None
+        effort: float | None = getattr(self, self.amounts[2])
+        return effort
 
     @property
     def curve(self) -> tuple[tuple[float, float], ...] | None:
         """Rows (rate, effort) at the motor."""
-        return None
+        rows = getattr(self, f"{self.amounts[2]}_speed")
+        return None if isinstance(rows, str) else rows
 
     @property
     def prescribes(self) -> bool:
         """Whether the motor prescribes the coordinate, whatever moment that takes."""
-        curve = getattr(self, "torque_speed", None) or getattr(self, "force_speed", None)
-        return self.effort is None and curve is None
+        return self.effort is None and not getattr(self, f"{self.amounts[2]}_speed")
 
     @model_validator(mode="after")
     def _one(self) -> Self:
-        names = self._amounts()
-        given = [key for key in names if getattr(self, key) is not None]
-        words = ", ".join(f"`{key}`" for key in names)
-        curve = "torque_speed" if isinstance(self, TurnMotor) else "force_speed"
+        given = [key for key in self.amounts if getattr(self, key) is not None]
+        words = ", ".join(f"`{key}`" for key in self.amounts)
+        curve = f"{self.amounts[2]}_speed"
         limited = getattr(self, curve) is not None
         if len(given) > 1 or not (given or limited):
             raise ValueError(f"a motor needs one of {words}, or `{curve}`")
@@ -87,6 +87,7 @@ class _Motor(Model):
 class TurnMotor(_Motor):
     """Prescribed angle or rate, or a moment."""
 
+    amounts = "speed", "angle", "torque"
     speed: AngularSpeed | None = Key(
         "rate of the angle, times `time`; with `torque_speed` that up to which it pushes", default=None
     )
@@ -97,25 +98,11 @@ class TurnMotor(_Motor):
         "between and beyond the rows", default=None,
     )  # fmt: skip
 
-    @property
-    def way(self) -> float | None:
-        """See `_Motor`."""
-        return self.angle
-
-    @property
-    def effort(self) -> float | None:
-        """See `_Motor`."""
-        return self.torque
-
-    @property
-    def curve(self) -> tuple[tuple[float, float], ...] | None:
-        """See `_Motor`."""
-        return None if isinstance(self.torque_speed, str) else self.torque_speed
-
 
 class SlideMotor(_Motor):
     """Prescribed displacement or rate, or a force."""
 
+    amounts = "speed", "travel", "force"
     speed: Speed | None = Key(
         "speed along the axis, times `time`; with `force_speed` that up to which it pushes", default=None
     )
@@ -124,21 +111,6 @@ class SlideMotor(_Motor):
     force_speed: tuple[tuple[Speed, Force], ...] | None = Key(
         "rows (speed, force) of the motor, straight between and beyond them", default=None
     )
-
-    @property
-    def way(self) -> float | None:
-        """See `_Motor`."""
-        return self.travel
-
-    @property
-    def effort(self) -> float | None:
-        """See `_Motor`."""
-        return self.force
-
-    @property
-    def curve(self) -> tuple[tuple[float, float], ...] | None:
-        """See `_Motor`."""
-        return self.force_speed
 
 
 Motor = TurnMotor | SlideMotor

@@ -8,7 +8,8 @@ direction), z normal to it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypedDict, Unpack
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, PrivateAttr
 
@@ -230,17 +231,29 @@ class ContactPair(LawSection):
         return geometries(name)
 
 
-class BuiltParts(TypedDict, total=False):
-    """Parts of a scene that only builders give; see the properties of `Scene`."""
+@dataclass(frozen=True)
+class BuiltParts:
+    """Parts of a scene that only builders give.
 
-    facets: FlexibleFacets
-    folds: FoldData
-    touching: TouchingSheet | None
-    across_cuts: tuple[tuple[int, int], ...]
-    actions: tuple[tuple[Any, ...], ...]
-    chambers: tuple[Chamber, ...]
-    orifices: tuple[Orifice, ...]
-    panels_of_gas: PanelSurface | None
+    Attributes
+    ----------
+    facets : flexible facets of a sheet
+    folds : folds of the truss of a sheet of bars, instead of its linear springs
+    touching : surface of a sheet with contact
+    across_cuts : pairs of facets of a sheet across a cut, which have no contact where they touch at the start; from 0
+    actions : actions of all events (`fsm.case.derived.event_words.Action`)
+    chambers, orifices : chambers of gas, and their orifices
+    panels_of_gas : closed surfaces of rigid panels around the chambers; None if the sheet has nodes
+    """
+
+    facets: FlexibleFacets | None = None
+    folds: FoldData | None = None
+    touching: TouchingSheet | None = None
+    across_cuts: tuple[tuple[int, int], ...] = ()
+    actions: tuple[tuple[Any, ...], ...] = ()
+    chambers: tuple[Chamber, ...] = ()
+    orifices: tuple[Orifice, ...] = ()
+    panels_of_gas: PanelSurface | None = None
 
 
 class Scene(Model):
@@ -268,14 +281,7 @@ class Scene(Model):
     loads: tuple[Load, ...] = Key("forces and couples, as `[[load]]`", default=())
     drives: tuple[Drive, ...] = Key("prescribed motions, as `[[drive]]`, with `body` or `bodies`", default=())
     gravity: tuple[Acceleration, Acceleration, Acceleration] = Key("acceleration, inertial axes", default=(0.0, 0.0, 0.0))
-    _facets: FlexibleFacets | None = PrivateAttr(default=None)
-    _folds: FoldData | None = PrivateAttr(default=None)
-    _touching: TouchingSheet | None = PrivateAttr(default=None)
-    _across_cuts: tuple[tuple[int, int], ...] = PrivateAttr(default=())
-    _chambers: tuple[Chamber, ...] = PrivateAttr(default=())
-    _orifices: tuple[Orifice, ...] = PrivateAttr(default=())
-    _panels_of_gas: PanelSurface | None = PrivateAttr(default=None)
-    _actions: tuple[tuple[Any, ...], ...] = PrivateAttr(default=())
+    _built: BuiltParts = PrivateAttr(default=BuiltParts())
 
     @property
     def lines(self) -> dict[str, SceneCable | SceneBeam]:
@@ -285,51 +291,15 @@ class Scene(Model):
     @property
     def flexible(self) -> bool:
         """Whether there are parts with nodes: films, cables, beams, trusses or flexible facets."""
-        return bool(self.films or self.cables or self.beams or self.trusses) or self._facets is not None
+        return bool(self.films or self.cables or self.beams or self.trusses) or self._built.facets is not None
 
-    def with_parts(self, **parts: Unpack[BuiltParts]) -> Scene:
-        """Copy of the scene with parts that only builders give."""
+    @property
+    def built(self) -> BuiltParts:
+        """Parts that only builders give."""
+        return self._built
+
+    def with_parts(self, **parts: Any) -> Scene:
+        """Copy of the scene with other `BuiltParts`."""
         scene = self.model_copy()
-        for name, part in parts.items():
-            setattr(scene, f"_{name}", part)
+        scene._built = replace(self._built, **parts)
         return scene
-
-    @property
-    def facets(self) -> FlexibleFacets | None:
-        """Flexible facets of a sheet; only the builder of a sheet gives them."""
-        return self._facets
-
-    @property
-    def folds(self) -> FoldData | None:
-        """Folds of the truss of a sheet of bars, instead of its linear springs; only the builder of a sheet gives them."""
-        return self._folds
-
-    @property
-    def touching(self) -> TouchingSheet | None:
-        """Surface of a sheet with contact; only the builder of a sheet gives it."""
-        return self._touching
-
-    @property
-    def across_cuts(self) -> tuple[tuple[int, int], ...]:
-        """Pairs of facets of a sheet across a cut, which have no contact where they touch at the start; numbers from 0."""
-        return self._across_cuts
-
-    @property
-    def actions(self) -> tuple[tuple[Any, ...], ...]:
-        """Actions of all events (`fsm.case.derived.event_words.Action`)."""
-        return self._actions
-
-    @property
-    def chambers(self) -> tuple[Chamber, ...]:
-        """Chambers of gas; only the builder of a sheet gives them."""
-        return self._chambers
-
-    @property
-    def orifices(self) -> tuple[Orifice, ...]:
-        """Orifices of the chambers."""
-        return self._orifices
-
-    @property
-    def panels_of_gas(self) -> PanelSurface | None:
-        """Closed surfaces of rigid panels around the chambers; None if the sheet has nodes."""
-        return self._panels_of_gas

@@ -52,7 +52,7 @@ def automatic_method(scene: Scene, comes_to_rest: bool = False, unheld: int = 0)
     dynamics = dynamic_method(scene)
     if not scene.drives:
         return dynamics, "there is no drive, so the motion is free"
-    if scene.actions:
+    if scene.built.actions:
         return dynamics, "events happen in motions"
     if any(joint.motor is not None for joint in scene.joints):
         return dynamics, "motors of joints are computed in motions"
@@ -65,7 +65,7 @@ def automatic_method(scene: Scene, comes_to_rest: bool = False, unheld: int = 0)
         return dynamics, "loads depend on time"
     if comes_to_rest:
         return "static", "the strip is at rest before it vibrates, so inertia of the deployment has no effect"
-    sheet = scene.contact is None and (bool(scene.trusses) or scene.facets is not None)
+    sheet = scene.contact is None and (bool(scene.trusses) or scene.built.facets is not None)
     number, limit = pace(scene), _MAX_PACE_OF_SHEETS if sheet else MAX_STATIC_PACE
     if math.isinf(number):
         return dynamics, "no hinge or plate has a stiffness against bending, which would bring moving bodies to rest"
@@ -88,7 +88,7 @@ def beyond_explicit(scene: Scene) -> str:
     parts = {
         "films, cables, beams, bars or flexible facets": scene.flexible,
         "contact": scene.contact is not None,
-        "gas": scene.chambers,
+        "gas": scene.built.chambers,
         "a harness of a joint": any(joint.harness for joint in scene.joints),
         "friction of a joint with bristles": any(
             joint.friction and joint.friction.law == "lugre" for joint in scene.joints
@@ -139,9 +139,9 @@ def pace(scene: Scene) -> float:
     springs = [(slope_of(joint.spring, "stiffness"), joint.kind == "prismatic") for joint in scene.joints]
     hinges += [k * (reach * reach if slides else 1.0) for k, slides in springs if k > 0.0]
     hinges += [k for truss in scene.trusses for k in truss.fold_stiffness if k > 0.0]
-    if scene.facets is not None:
-        mass += scene.facets.mass
-        hinges += scene.facets.hinge_stiffness
+    if scene.built.facets is not None:
+        mass += scene.built.facets.mass
+        hinges += scene.built.facets.hinge_stiffness
     return mass * speed * speed / min(hinges) if hinges else float("inf")
 
 
@@ -149,8 +149,8 @@ def _places(scene: Scene) -> Iterator[tuple[float, ...]]:
     """Positions of bodies, of the points of trusses, and of the nodes of flexible facets, m."""
     yield from (body.position for body in scene.bodies)
     yield from (point for truss in scene.trusses for point in truss.points)
-    if scene.facets is not None:
-        yield from (tuple(place) for place in scene.facets.mesh.positions.tolist())
+    if scene.built.facets is not None:
+        yield from (tuple(place) for place in scene.built.facets.mesh.positions.tolist())
 
 
 def hinge_stiffness(element: ForceElement) -> float:

@@ -302,7 +302,7 @@ class SceneCompiler:
 
     def _joints(self, bodies: Bodies, couplings: list[CouplingGroup]) -> list[Group]:
         """Ideal joints, laws on their coordinates, springs, cords and events; sets the inertia of locked openings."""
-        joints, springs, actions = self.scene.joints, self.scene.springs, self.scene.actions
+        joints, springs, actions = self.scene.joints, self.scene.springs, self.scene.built.actions
         ends, of_springs = (
             np.array([[self.index[one.first], self.index[one.second]] for one in each], dtype=np.int64).reshape(-1, 2)
             for each in (joints, springs)

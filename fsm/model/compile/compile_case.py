@@ -124,7 +124,7 @@ def compile_whole(case: Case, scene: Scene, plan: Plan | None) -> SegmentSystem:
 
 def _compiled(scene: Scene, spatial: bool) -> SegmentSystem:
     """System of a scene; the elements of films, cables and beams are imported when it has some."""
-    if scene.flexible or scene.chambers or any(True for _ in frame_faults(scene)):
+    if scene.flexible or scene.built.chambers or any(True for _ in frame_faults(scene)):
         from fsm.model.compile.compile_joined import compile_model
 
         return compile_model(scene, spatial)

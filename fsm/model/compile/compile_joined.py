@@ -61,9 +61,10 @@ def compile_model(scene: Scene, spatial: bool = False) -> SegmentSystem:
     faults = list(frame_faults(scene))
     if faults:
         raise CaseError(faults)
+    panels = scene.built.panels_of_gas
     if not scene.flexible:
-        return compile_scene(scene, spatial) if scene.panels_of_gas is None else _panels_with_gas(scene, scene.panels_of_gas)
-    if scene.panels_of_gas is not None:
+        return compile_scene(scene, spatial) if panels is None else _panels_with_gas(scene, panels)
+    if panels is not None:
         text = "gas in rigid panels is not available beside films, cables, beams and trusses"
         raise CaseError(Fault("gas", f'{text}; remove these, or give sheet.facets = "bars" or "flexible"'))
     scene = with_frames(scene)
@@ -106,10 +107,10 @@ def _mobility(scene: Scene, elements: AncfSystem, frames: Frames) -> dict[str, n
 
 def _frame_point(parts: _Parts, scene: Scene, frame: SceneFrame, inside: dict[str, SheetPoint]) -> FramePoint:
     """Frame as sums of nodal vectors; a contact point inside a triangle of the sheet is a weighted sum of its nodes."""
-    if frame.name not in inside or scene.touching is None:
+    if frame.name not in inside or scene.built.touching is None:
         return parts.point(frame)
     point = inside[frame.name]
-    nodes = [parts.point(scene.touching.frames[node]) for node in point.nodes]
+    nodes = [parts.point(scene.built.touching.frames[node]) for node in point.nodes]
     weights = np.concatenate([weight * node.weights for weight, node in zip(point.weights, nodes, strict=True)])
     none = np.zeros(len(weights))
     return FramePoint(np.concatenate([node.vectors for node in nodes]), weights, none, none, np.zeros(3))
@@ -123,10 +124,10 @@ def _panels_with_gas(scene: Scene, panels: PanelSurface) -> SegmentSystem:
     compiler = SceneCompiler(scene, True)
     none, planes = np.zeros((0, 3, 2)), np.zeros((0, 3))
     surfaces = []
-    for chamber, triangles, lids in zip(scene.chambers, panels.triangles, panels.lids, strict=True):
+    for chamber, triangles, lids in zip(scene.built.chambers, panels.triangles, panels.lids, strict=True):
         faces = PressedFaces(3 * triangles, np.zeros(len(triangles), dtype=np.int64), none, planes)
         surfaces.append(Surface(chamber, faces, [replace(lid, nodes=3 * lid.nodes) for lid in lids]))
-    creases = list(dict.fromkeys(orifice.crease for orifice in scene.orifices if orifice.crease is not None))
+    creases = list(dict.fromkeys(orifice.crease for orifice in scene.built.orifices if orifice.crease is not None))
     start = np.array([next(one.initial_angle for one in scene.elements if one.name == crease) for crease in creases])
     corners = 3 * np.array([panels.folds[crease] for crease in creases], dtype=np.int64).reshape(-1, 4)
     laws = fold_laws_of(FoldData.linear(np.zeros(len(creases)), start, start))
@@ -135,9 +136,9 @@ def _panels_with_gas(scene: Scene, panels: PanelSurface) -> SegmentSystem:
         OrificeArea(orifice, folds, np.array([float(orifice.crease == crease) for crease in creases]))
         if orifice.crease is not None
         else OrificeArea(orifice)
-        for orifice in scene.orifices
+        for orifice in scene.built.orifices
     ]
-    gases = tuple(chamber.gas for chamber in scene.chambers)
+    gases = tuple(chamber.gas for chamber in scene.built.chambers)
     chambers = Chambers(gases, tuple(surfaces), tuple(areas), panels.start.ravel())
     bodies, motions, groups, names = compiler.parts()
     rows = np.array([compiler.index[name] for name in panels.bodies], dtype=np.int64)
@@ -157,7 +158,7 @@ class _Parts:
 
     @classmethod
     def of(cls, scene: Scene) -> _Parts:
-        builder = MeshBuilder(size=9 if scene.films or scene.facets is not None else 6 if scene.lines else 3)
+        builder = MeshBuilder(size=9 if scene.films or scene.built.facets is not None else 6 if scene.lines else 3)
         films, cables = {}, {}
         for film in scene.films:
             first = builder.count
@@ -182,8 +183,8 @@ class _Parts:
             for end in cable.held:
                 builder.hold(nodes[0 if end == "start" else -1, 0])
             cables[cable.name] = cable, nodes
-        trusses = {truss.name: (truss, _add_truss(builder, truss, scene.folds)) for truss in scene.trusses}
-        facets, first = scene.facets, 0
+        trusses = {truss.name: (truss, _add_truss(builder, truss, scene.built.folds)) for truss in scene.trusses}
+        facets, first = scene.built.facets, 0
         if facets is not None:
             material = FilmMaterial(facets.young, facets.poisson, facets.density, facets.thickness)
             if (plies := facets.laminate) is not None:
@@ -223,8 +224,8 @@ class _Parts:
 
     def pressed(self, scene: Scene) -> PressedFaces | None:
         """Triangles of the sheet that can carry a pressure."""
-        if scene.facets is not None:
-            mesh, faces = scene.facets.mesh, scene.facets.mesh.loaded
+        if scene.built.facets is not None:
+            mesh, faces = scene.built.facets.mesh, scene.built.facets.mesh.loaded
             vectors = self.first + 3 * facet_vectors(mesh, faces.triangles)
             return PressedFaces(vectors, faces.facet, faces.plane, faces.angle, faces.weight)
         for truss, places in self.trusses.values():
@@ -235,10 +236,10 @@ class _Parts:
 
     def chambers(self, scene: Scene, faces: PressedFaces | None) -> Chambers | None:
         """Chambers of gas of the sheet."""
-        if not scene.chambers or faces is None:
+        if not scene.built.chambers or faces is None:
             return None
-        if scene.facets is not None:
-            mesh, lids = scene.facets.mesh, any(chamber.caps for chamber in scene.chambers)
+        if scene.built.facets is not None:
+            mesh, lids = scene.built.facets.mesh, any(chamber.caps for chamber in scene.built.chambers)
             if mesh.creases or lids:
                 faces = faces.straight()
             places = self.first + 9 * np.arange(len(mesh.owner))
@@ -249,15 +250,15 @@ class _Parts:
                 chamber, faces.of(np.array(chamber.facets)),
                 [replace(lid, nodes=places[lid.nodes]) for lid in chamber.caps],
             )
-            for chamber in scene.chambers
+            for chamber in scene.built.chambers
         )
-        areas = tuple(self._area(scene, orifice) for orifice in scene.orifices)
-        gases = tuple(chamber.gas for chamber in scene.chambers)
+        areas = tuple(self._area(scene, orifice) for orifice in scene.built.orifices)
+        gases = tuple(chamber.gas for chamber in scene.built.chambers)
         return Chambers(gases, surfaces, areas, self.mesh.coordinates)
 
     def _area(self, scene: Scene, orifice: Orifice) -> OrificeArea:
         """Area of an orifice, with the folds of its crease."""
-        data = scene.folds if scene.facets is None else scene.facets.folds
+        data = scene.built.folds if scene.built.facets is None else scene.built.facets.folds
         if orifice.crease is None or data is None:
             return OrificeArea(orifice)
         group = next(one for one in self.mesh.groups if isinstance(one, FoldGroup) and one.name == "creases")

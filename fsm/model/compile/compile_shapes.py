@@ -180,7 +180,7 @@ class _ShapeCompiler:
     def _across_cuts(self, scene: Scene) -> np.ndarray:
         """Pairs (m, 2) of bodies that are facets across a cut of a sheet of rigid facets."""
         facets = [self.index[name] for group in scene.groups if group.name == SHEET for name in group.bodies]
-        pairs = np.array(scene.across_cuts if facets else (), dtype=np.int64).reshape(-1, 2)
+        pairs = np.array(scene.built.across_cuts if facets else (), dtype=np.int64).reshape(-1, 2)
         return np.array(facets, dtype=np.int64)[pairs]
 
     def _joined_to_films(self, scene: Scene) -> np.ndarray:

@@ -11,13 +11,13 @@ from fsm.model.contact.touching import Touching
 
 def compile_sheets(touching: Touching) -> tuple[SheetContacts, ...]:
     """Compile the geometry of a sheet in contact with itself; empty without flexible facets."""
-    scene, sheet = touching.scene, touching.scene.touching
+    scene, sheet = touching.scene, touching.scene.built.touching
     if sheet is None or scene.contact is None:
         return ()
     index = {body.name: i for i, body in enumerate(touching.bodies)}
     surface = SheetSurface(
         np.array([index[frame.name] for frame in sheet.frames]), sheet.areas, sheet.triangles, sheet.facet,
         sheet.plane, sheet.mean_facet, sheet.thickness if scene.contact.thickness_in_gap else 0.0,
-        int(touching.numbers[-1]), scene.across_cuts,
+        int(touching.numbers[-1]), scene.built.across_cuts,
     )  # fmt: skip
     return (SheetContacts(surface, touching.poses),)

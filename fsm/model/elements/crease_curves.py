@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.case.models.materials import UNREAD, Crease, FamilyCrease, LinearCrease, SplineCrease
-from fsm.errors import CaseError, Fault
+from fsm.errors import CaseError, Fault, fault_at
 from fsm.laws.crease import CreaseLaws, MomentCurve, add_flexibility, curve_from_data, join_curves, openings_of
 from fsm.laws.crease_hysteresis import hysteresis_stiffness, strength_curve
 from fsm.laws.crease_sliders import Sliders, new_sliders
@@ -87,10 +87,8 @@ def _branches(crease: Crease, flexibility: float) -> list[MomentCurve]:
             curve_from_data(np.array(crease.angle), crease.scale * np.array(moment), crease.interpolation)
             for moment in moments
         ]
-    try:
+    with fault_at("crease.data"):
         return [add_flexibility(curve, flexibility) for curve in curves]
-    except ValueError as error:
-        raise CaseError(Fault("crease.data", str(error))) from None
 
 
 def _openings(branches: list[MomentCurve]) -> np.ndarray:

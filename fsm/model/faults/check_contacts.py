@@ -38,7 +38,7 @@ def contact_faults(scene: Scene) -> Iterator[Fault]:
             text = f"{pair.first!r} and {pair.second!r} are a pair already{_automatic(scene, names)}; remove this pair"
             yield Fault("scene.pairs", text)
         given.add(names)
-    if scene.touching is not None and scene.contact is not None:
+    if scene.built.touching is not None and scene.contact is not None:
         yield from _sheet_points(scene)
     if scene.friction is not None and scene.contact is None:
         yield Fault("friction", "friction needs a [contact] section; add [contact], or remove [friction]")
@@ -54,8 +54,8 @@ def _automatic(scene: Scene, names: frozenset[str]) -> str:
 
 def _sheet_points(scene: Scene) -> Iterator[Fault]:
     """Fault of a body or an obstacle that could pass between the contact points of the sheet."""
-    assert scene.touching is not None
-    apart, passing = scene.touching.longest_edge / sheet_parts(scene), sheet_spacing(scene)[1]
+    assert scene.built.touching is not None
+    apart, passing = scene.built.touching.longest_edge / sheet_parts(scene), sheet_spacing(scene)[1]
     if apart > passing:
         yield Fault(
             "contact",
@@ -183,9 +183,9 @@ def gas_faults(case: Case, scene: Scene, plan: Plan | None) -> Iterator[Fault]:
     """
     methods = {case.solve.method} if plan is None else {step.method for step in plan.steps}
     end = case.solve.end_time if plan is None else plan.steps[-1].end
-    if scene.orifices or "arc-length" in methods or end is None:
+    if scene.built.orifices or "arc-length" in methods or end is None:
         return
-    for number, chamber in enumerate(scene.chambers):
+    for number, chamber in enumerate(scene.built.chambers):
         gas = chamber.gas
         key, size, program = "supply_mass", gas.supply_mass, time_function(gas.time)
         if gas.supply_flow is not None:

@@ -31,7 +31,7 @@ _OF_POINTS = "spherical", "distance", "in-line", "in-plane"
 def joint_faults(scene: Scene) -> Iterator[Fault]:
     """Faults of `[[scene.joints]]`, `[[scene.springs]]` and `[[scene.cords]]`."""
     for key in ("joints", "springs", "cords"):
-        if getattr(scene, key) and scene.panels_of_gas is not None:
+        if getattr(scene, key) and scene.built.panels_of_gas is not None:
             text = f'{key} are not available beside gas in rigid panels; give sheet.facets = "bars" or "flexible"'
             yield Fault(f"scene.{key}", text)
     yield from _springs(scene)

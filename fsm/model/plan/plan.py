@@ -172,7 +172,7 @@ class _Planner:
 
     def _joins_again(self, target: int) -> bool:
         """Whether a target is a place whose springs act only while it is driven; see `acting_steps`."""
-        return self.case.sheet is not None and self.scene.facets is None and self._is_line(target)
+        return self.case.sheet is not None and self.scene.built.facets is None and self._is_line(target)
 
     def _join(self, target: int) -> None:
         """Begin to drive a target, or to hold a place of a sheet with its driven body."""

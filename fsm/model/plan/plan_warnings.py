@@ -82,7 +82,7 @@ _WITH_EVENTS = "explicit", "generalized-alpha", "newmark", "mean-force"
 def method_faults(plan: Plan, scene: Scene) -> Iterator[Fault]:
     """Faults of all steps of a plan."""
     yield from _beyond_method(plan, scene)
-    if scene.actions and not any(step.kind == "dynamic" and step.method in _WITH_EVENTS for step in plan.steps):
+    if scene.built.actions and not any(step.kind == "dynamic" and step.method in _WITH_EVENTS for step in plan.steps):
         methods = ", ".join(dict.fromkeys(f'"{step.method}"' for step in plan.steps))
         text = f"events happen in motions only, with {', '.join(_WITH_EVENTS)}; the steps of this case are {methods}"
         yield Fault("event", f"{text}; remove [[event]], or add a dynamic step")

@@ -23,6 +23,7 @@ from fsm.model.bodies.contact_arrays import FRICTION, contacts_at, lack_pairs
 from fsm.model.nodes import arrays as rows
 from fsm.model.nodes.arrays import Coordinates, full_mass_of
 from fsm.model.nodes.system.array_forces import rows_times
+from fsm.model.nodes.system.array_kernels import sum_of
 from fsm.model.system.array_forces import (
     accept_nodes_and_frames,
     folded,
@@ -177,7 +178,7 @@ def _add_nodes(nodes: Coordinates | None, model: Joined, q: np.ndarray, record: 
         slid = call_at(nodes.kernels[k, rows.SLID_AT], table, nodes.tables[k], 0.0)
         record[path.KEPT_LOSS] += slid
         record[path.LOST] += slid + call_at(nodes.kernels[k, rows.LOST_AT], table, nodes.tables[k], 1.0)
-    put_in = _power_of_nodes(nodes, 0.0)
+    put_in = sum_of(nodes, rows.PUT_IN_AT, 0.0)
     record[path.LOADS] += put_in
     record[path.INPUT] += put_in
     numbers[rows.MEAN_OVER] = interval[1]
@@ -193,15 +194,6 @@ def _add_nodes(nodes: Coordinates | None, model: Joined, q: np.ndarray, record: 
         for k in range(places[i], places[i] + 3):
             square += force[k] * force[k] if fixed[k] == 1 else 0.0
         record[path.LARGEST] = max(record[path.LARGEST], np.sqrt(square))
-
-
-@kernel
-def _power_of_nodes(nodes: Coordinates, step: float) -> float:
-    """Power that elements of nodes put into the system at the present state, W, or at the one before for a negative step."""
-    power = 0.0
-    for k in range(nodes.kernels.shape[0]):
-        power += call_at(nodes.kernels[k, rows.PUT_IN_AT], nodes.table, nodes.tables[k], step)
-    return power
 
 
 @kernel
@@ -221,7 +213,7 @@ def _power_of_nodes_before(nodes: Coordinates | None, t: float, interval: np.nda
     numbers = floats_1d(nodes.table, rows.NUMBERS)
     # the coordinates are those of the end, which give the mean rates
     numbers[rows.NOW], numbers[rows.MEAN_OVER] = t, interval[2]
-    power = _power_of_nodes(nodes, -1.0)
+    power = sum_of(nodes, rows.PUT_IN_AT, -1.0)  # at the state before
     numbers[rows.NOW], numbers[rows.MEAN_OVER] = interval[0], interval[1]
     return power
 

@@ -205,20 +205,21 @@ def _second(a: np.ndarray, b: np.ndarray, axes: np.ndarray, gradients: np.ndarra
             out[2, 3 + k, c] = 0.0
 
 
-@kernel
-def _directions(
-    first: int,
-    last: int,
-    vectors: np.ndarray,
-    along: np.ndarray,
-    across: np.ndarray,
-    q: np.ndarray,
-    a: np.ndarray,
-    b: np.ndarray,
-) -> None:
-    """Add the sums of the vectors from `first` to `last` to the directions a and b."""
-    _sum(first, last, vectors, along, q, a)
-    _sum(first, last, vectors, across, q, b)
+@kernel(inline=True)
+def _turning(
+    frames: Frames, i: int, q: np.ndarray, u: np.ndarray, da: np.ndarray, db: np.ndarray, a: np.ndarray, b: np.ndarray,
+    axes: np.ndarray, gradients: np.ndarray,
+) -> None:  # fmt: skip
+    """Write the directions a and b of a frame, their rates, its axes, and the derivatives (3, 6) of the axes."""
+    first, last = frames.first[i], frames.first[i + 1]
+    a[:], da[:], db[:] = 0.0, 0.0, 0.0
+    b[:] = frames.fixed[i]
+    _sum(first, last, frames.vectors, frames.along, q, a)
+    _sum(first, last, frames.vectors, frames.across, q, b)
+    _sum(first, last, frames.vectors, frames.along, u, da)
+    _sum(first, last, frames.vectors, frames.across, u, db)
+    _axes(a, b, axes)
+    _gradients(a, b, axes, gradients)
 
 
 @kernel
@@ -247,14 +248,7 @@ def frame_maps(frames: Frames, q: np.ndarray, u: np.ndarray, maps: np.ndarray, r
                 maps[j, k, k] = weights[j]
         if not oriented[i]:
             continue
-        a[:] = 0.0
-        b[:] = fixed[i]
-        da[:] = 0.0
-        db[:] = 0.0
-        _directions(first[i], first[i + 1], vectors, along, across, q, a, b)
-        _directions(first[i], first[i + 1], vectors, along, across, u, da, db)
-        _axes(a, b, axes)
-        _gradients(a, b, axes, gradients)
+        _turning(frames, i, q, u, da, db, a, b, axes, gradients)
         for k in range(3):
             total = 0.0
             for c in range(3):
@@ -284,21 +278,14 @@ def frame_turns(
     curvatures : (n, 6, 6) array of zeros, changed in place
         Derivative with respect to (a, b) of the generalised forces of the moments on (a, b).
     """
-    _, first, vectors, _, along, across, fixed, oriented = frames
+    _, first, _, _, along, across, fixed, oriented = frames
     a, b, axes = np.empty(3), np.empty(3), np.empty((3, 3))
     da, db, change = np.empty(3), np.empty(3), np.empty((3, 6))
     gradients, second = np.empty((3, 6)), np.empty((3, 6, 6))
     for i in range(fixed.shape[0]):
         if not oriented[i]:
             continue
-        a[:] = 0.0
-        b[:] = fixed[i]
-        da[:] = 0.0
-        db[:] = 0.0
-        _directions(first[i], first[i + 1], vectors, along, across, q, a, b)
-        _directions(first[i], first[i + 1], vectors, along, across, u, da, db)
-        _axes(a, b, axes)
-        _gradients(a, b, axes, gradients)
+        _turning(frames, i, q, u, da, db, a, b, axes, gradients)
         _second(a, b, axes, gradients, second)
         for k in range(3):
             for c in range(6):

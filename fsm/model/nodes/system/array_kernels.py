@@ -181,19 +181,19 @@ def _dissipated(model: Coordinates, t: float, q: np.ndarray, step: float) -> flo
                 lost += damped * rates[i] * momentum[i]
     if step > 0.0:
         nodes.place(table, t, t, q, last)
-        lost += _slid(model, step)
+        lost += sum_of(model, at.SLID_AT, step)
     copy_into(q, last)
     last_time[0] = t
     return lost
 
 
 @kernel
-def _slid(model: Coordinates, step: float) -> float:
-    """Power that the memory of elements dissipates, W: the mean of an accepted step (s), or at the present rates."""
-    lost = 0.0
+def sum_of(model: Coordinates, column: int, step: float) -> float:
+    """Sum of the powers that a kernel of all groups returns for an accepted step (s), or at the present rates, W."""
+    total = 0.0
     for k in range(model.kernels.shape[0]):
-        lost += call_at(model.kernels[k, at.SLID_AT], model.table, model.tables[k], step)
-    return lost
+        total += call_at(model.kernels[k, column], model.table, model.tables[k], step)
+    return total
 
 
 @kernel
@@ -273,7 +273,7 @@ def present_powers(model: Coordinates, t: float, drive_force: np.ndarray) -> tup
     """Powers at the present state, as `powers`."""
     table = model.table
     damped = floats_1d(table, at.NUMBERS)[at.DAMPED]
-    lost = nodes.lost_by_dampers(model) + _slid(model, 0.0)
+    lost = nodes.lost_by_dampers(model) + sum_of(model, at.SLID_AT, 0.0)
     if damped > 0.0:
         rates = floats_1d(table, at.U)
         lost += damped * inner(rates, nodes.rows_times(full_mass_of(table), rates))
