@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -341,11 +342,12 @@ class Deployment(Analysis):
         where = f"the path {verb} at {solution.layout.travel_text(first)}, {side} its peak"
         others = other_segments(self.case)
         counts = [other.strip.segments_per_panel for other in others if other.strip is not None]
-        if not refused:
+        named = re.search(r"segment \d", str(self.case.model_dump(exclude={"save", "report", "title"})))
+        if not refused and not named:
             text = f"comparison with {counts[0]} and {counts[1]} segments per panel, because {where}"
             return Comparison(text if before_peak else f"{by}; final force: {text}", others, least=forces)
         more = f"compare with strip.segments_per_panel = {3 * strip.segments_per_panel // 2}"
-        text = f"not estimated: {where}; {more}, or {ASK_FOR_ALL}"
+        text = f"not estimated: {where}; {more}{', and other names of segments' if named else f', or {ASK_FOR_ALL}'}"
         if before_peak:
             return {"by": text, "peak_force": None, "final_force": None}
         return {"by": f"{by}; final force {text}"} | forces | {"final_force": None}
