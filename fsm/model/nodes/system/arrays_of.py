@@ -91,7 +91,7 @@ def coordinates_of(
         factorise(mass, p.place, p.filled_rows, p.filled_columns, p.filled_diagonal, True, mass_factors)
     forcings = np.array([forcing.vector for forcing in loading.forcings], dtype=float).reshape(-1, n)
     damped = np.array([group.rate_dependent for group in groups], dtype=np.int64)
-    of_dampers = [pattern.zeros() if damped.any() else np.zeros((0, 0, 0)) for _ in range(2)]
+    of_dampers = pattern.zeros() if damped.any() else np.zeros((0, 0, 0))
     arrays = Arrays(
         np.zeros(n), np.zeros(n), np.zeros(n), system.start,
         system.fixed.astype(np.int64).reshape(-1, system.pattern.size),
@@ -101,7 +101,7 @@ def coordinates_of(
         np.array([float(np.linalg.norm(motion.displacement)) for motion in loading.motions]),
         np.array([_KINDS.get(group.name, 0) for group in groups], dtype=np.int64), *_held(fixed, pattern),
         np.zeros(n), np.zeros(1), pattern.zeros(), pattern.zeros(),
-        np.zeros(n), np.zeros(n), np.zeros(n), *of_dampers, damped,
+        np.zeros(n), np.zeros(n), np.zeros(n), of_dampers, of_dampers.copy(), damped,
         _rows(system.mass(system.start)), _rows(system.full_mass_matrix),
         table_of([forcing.time for forcing in loading.forcings]), _moved(system), p,
     )  # fmt: skip
