@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 _OF_TABLES = {"law", "thickness_in_gap", "points_per_segment"}
 """Keys of `[contact]` on which tables depend."""
-_SIDES = ("surfaces", "groups", "obstacles", "pairs", "across_cuts", "frames")
+_SIDES = ("surfaces", "groups", "obstacles", "pairs", "frames")
 """Parts of a scene on which tables depend."""
 _PLACES = ("position", "orientation", "held", "plate")
 """Fields of bodies on which tables depend."""
@@ -77,7 +77,9 @@ def compile_contacts(
 def same_sides(one: Scene, other: Scene) -> bool:
     """Whether the tables of contacts of two scenes with the same topology are equal."""
     numbers = [None if scene.contact is None else scene.contact.model_dump(include=_OF_TABLES) for scene in (one, other)]
-    if numbers[0] != numbers[1] or any(getattr(one, name) != getattr(other, name) for name in _SIDES):
+    if numbers[0] != numbers[1] or one.built.across_cuts != other.built.across_cuts:
+        return False
+    if any(getattr(one, name) != getattr(other, name) for name in _SIDES):
         return False
     if (one.groups or any(pair.geometry for pair in one.pairs)) and one.elements != other.elements:
         return False
